@@ -1,0 +1,77 @@
+# toile: targets for users and developers. `make help` lists them.
+
+config ?= release
+BUILD := build/$(config)
+CC ?= gcc
+
+CPPFLAGS := -I. -D_GNU_SOURCE -DTOILE_SOURCE_DIR='"$(CURDIR)"' -MMD -MP
+WARNINGS := -Wall -Wextra -pedantic -Wshadow -Wvla -Wmissing-prototypes -Wstrict-prototypes -Werror
+# -ffp-contract=off: the same bits on processors with and without fused multiply-add
+CFLAGS := -std=c17 -g -fopenmp -ffp-contract=off -fno-math-errno -fno-trapping-math $(WARNINGS)
+LDFLAGS := -fopenmp
+
+ifeq ($(config),release)
+CFLAGS += -O2
+else ifeq ($(config),debug)
+CFLAGS += -O0
+else ifeq ($(config),sanitize)
+CFLAGS += -O1 -fsanitize=address,undefined -fno-omit-frame-pointer -fno-sanitize-recover=undefined
+LDFLAGS += -fsanitize=address,undefined
+else ifeq ($(config),coverage)
+CFLAGS += -O0 --coverage
+LDFLAGS += --coverage
+else
+$(error config is one of release, debug, sanitize, coverage; not '$(config)')
+endif
+
+# foreign libraries, one line per program
+SHARED_LIBS := -lxxhash -lm
+SIM_LIBS := -lcholmod -lopenblas -lyaml -ludunits2 -lqhull_r -lassimp $(SHARED_LIBS)
+RENDER_LIBS := -lavformat -lavcodec -lswscale -lavutil -lpng -ldl $(SHARED_LIBS)
+
+SHARED_SOURCES := $(wildcard sim/base/*.c sim/geom/*.c sim/state/*.c)
+SIM_SOURCES := $(wildcard sim/scene/*.c sim/solve/*.c sim/model/*.c sim/contact/*.c sim/step/*.c) \
+	sim/sim.c
+RENDER_SOURCES := $(filter-out render/main.c,$(wildcard render/*.c))
+TEST_SOURCES := $(wildcard tests/test_*.c)
+TEST_SUPPORT := $(wildcard tests/support/*.c)
+
+objects = $(patsubst %.c,$(BUILD)/%.o,$(1))
+SHARED_OBJECTS := $(call objects,$(SHARED_SOURCES))
+SIM_OBJECTS := $(call objects,$(SIM_SOURCES))
+RENDER_OBJECTS := $(call objects,$(RENDER_SOURCES))
+TESTS := $(patsubst tests/%.c,$(BUILD)/tests/%,$(TEST_SOURCES))
+
+.PHONY: all
+all: $(BUILD)/toile-sim $(BUILD)/toile-render
+
+# the explicit sweep is compiled once per vector width; the processor is asked at run time
+SWEEP_VARIANTS := scalar sse2 avx2 avx512
+SWEEP_FLAGS_scalar := -O2 -fno-tree-vectorize
+SWEEP_FLAGS_sse2 := -O2 -fopenmp-simd -DSWEEP_SIMD
+SWEEP_FLAGS_avx2 := -O2 -fopenmp-simd -DSWEEP_SIMD -mavx2
+SWEEP_FLAGS_avx512 := -O2 -fopenmp-simd -DSWEEP_SIMD -mavx512f -mavx512dq -mavx512vl \
+	-mprefer-vector-width=512
+SWEEP_OBJECTS := $(SWEEP_VARIANTS:%=$(BUILD)/sim/model/sweep_kernel.%.o)
+SIM_OBJECTS := $(filter-out $(BUILD)/sim/model/sweep_kernel.o,$(SIM_OBJECTS)) $(SWEEP_OBJECTS)
+
+$(BUILD)/sim/model/sweep_kernel.%.o: sim/model/sweep_kernel.c
+	@mkdir -p $(@D)
+	$(CC) $(CPPFLAGS) $(CFLAGS) $(SWEEP_FLAGS_$*) -DSWEEP_VARIANT=$* -c $< -o $@
+
+$(BUILD)/%.o: %.c
+	@mkdir -p $(@D)
+	$(CC) $(CPPFLAGS) $(CFLAGS) -c $< -o $@
+
+$(BUILD)/toile-sim: $(BUILD)/sim/main.o $(SIM_OBJECTS) $(SHARED_OBJECTS)
+	$(CC) $(LDFLAGS) $^ $(SIM_LIBS) -o $@
+
+$(BUILD)/toile-render: $(BUILD)/render/main.o $(RENDER_OBJECTS) $(SHARED_OBJECTS)
+	$(CC) $(LDFLAGS) $^ $(RENDER_LIBS) -o $@
+
+$(BUILD)/tests/%: $(BUILD)/tests/%.o $(call objects,$(TEST_SUPPORT)) $(SIM_OBJECTS) \
+		$(RENDER_OBJECTS) $(SHARED_OBJECTS)
+	$(CC) $(LDFLAGS) $^ $(SIM_LIBS) $(RENDER_LIBS) -lcmocka -o $@
+
+.SECONDARY:
+-include $(shell find $(BUILD) -name '*.d' 2>/dev/null)

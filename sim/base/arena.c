@@ -1,0 +1,105 @@
+#include "sim/base/arena.h"
+
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "sim/base/error.h"
+
+/* [byte] smallest chunk; larger requests get a chunk of their own */
+#define ARENA_CHUNK_BYTES ((size_t)1 << 18)
+
+struct ArenaChunk {
+    ArenaChunk *older;
+    ArenaChunk *spare; /* one emptied chunk kept for reuse */
+    size_t capacity;
+    size_t used;
+    unsigned char *data;
+};
+
+static _Noreturn void out_of_memory(size_t bytes) {
+    fprintf(stderr, "toile: out of memory (%zu bytes were asked for)\n", bytes);
+    exit(EXIT_IO);
+}
+
+static ArenaChunk *chunk_create(size_t bytes) {
+    size_t capacity = bytes > ARENA_CHUNK_BYTES ? bytes : ARENA_CHUNK_BYTES;
+    ArenaChunk *chunk = malloc(sizeof *chunk);
+    unsigned char *data = chunk ? aligned_alloc(ARENA_ALIGNMENT, capacity) : NULL;
+    if (!data) {
+        out_of_memory(bytes);
+    }
+    *chunk = (ArenaChunk){.capacity = capacity, .data = data};
+    return chunk;
+}
+
+static void chunk_destroy(ArenaChunk *chunk) {
+    if (chunk) {
+        free(chunk->data);
+        free(chunk);
+    }
+}
+
+void *arena_alloc(Arena *arena, size_t bytes) {
+    size_t padded = (bytes + ARENA_ALIGNMENT) / ARENA_ALIGNMENT * ARENA_ALIGNMENT;
+    if (padded < bytes) {
+        out_of_memory(bytes);
+    }
+    ArenaChunk *chunk = arena->chunk;
+    if (!chunk || chunk->capacity - chunk->used < padded) {
+        ArenaChunk *next = chunk ? chunk->spare : NULL;
+        if (next && next->capacity >= padded) {
+            chunk->spare = NULL;
+        } else {
+            next = chunk_create(padded);
+        }
+        next->older = chunk;
+        arena->chunk = chunk = next;
+    }
+    void *block = chunk->data + chunk->used;
+    chunk->used += padded;
+    arena->bytes_used += padded;
+    if (arena->bytes_used > arena->bytes_peak) {
+        arena->bytes_peak = arena->bytes_used;
+    }
+    return memset(block, 0, padded);
+}
+
+char *arena_strdup(Arena *arena, const char *text) {
+    size_t bytes = strlen(text) + 1;
+    return memcpy(arena_alloc(arena, bytes), text, bytes);
+}
+
+ArenaMark arena_mark(const Arena *arena) {
+    return (ArenaMark){arena->chunk, arena->chunk ? arena->chunk->used : 0, arena->bytes_used};
+}
+
+void arena_rewind(Arena *arena, ArenaMark mark) {
+    while (arena->chunk != mark.chunk) {
+        ArenaChunk *emptied = arena->chunk;
+        arena->chunk = emptied->older;
+        chunk_destroy(emptied->spare);
+        emptied->spare = NULL;
+        emptied->used = 0;
+        if (arena->chunk && !arena->chunk->spare) {
+            arena->chunk->spare = emptied;
+        } else {
+            chunk_destroy(emptied);
+        }
+    }
+    if (arena->chunk) {
+        arena->chunk->used = mark.chunk_used;
+    }
+    arena->bytes_used = mark.bytes_used;
+}
+
+void arena_free(Arena *arena) {
+    while (arena->chunk) {
+        ArenaChunk *chunk = arena->chunk;
+        arena->chunk = chunk->older;
+        chunk_destroy(chunk->spare);
+        chunk_destroy(chunk);
+    }
+    *arena = (Arena){0};
+}

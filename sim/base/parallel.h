@@ -1,0 +1,26 @@
+/* parallel.h: loops over several threads that give the same bits for any thread count.
+ *
+ * A loop is cut into chunks of `grain` items, whatever the thread count; each chunk
+ * writes only to places of its own; sums are taken over chunks in order afterwards.
+ */
+#ifndef TOILE_BASE_PARALLEL_H
+#define TOILE_BASE_PARALLEL_H
+
+/* Works on items first .. end-1. `chunk` numbers the chunks from 0. */
+typedef void ParallelBody(int chunk, int first, int end, void *context);
+
+void parallel_set_threads(int thread_count); /* at least 1 */
+int parallel_threads(void);
+
+/* Calls body for every chunk of 0 .. count-1. A grain below some 40 us of work is not
+ * worth a thread. */
+void parallel_for(int count, int grain, ParallelBody *body, void *context);
+
+static inline int parallel_chunk_count(int count, int grain) { return (count + grain - 1) / grain; }
+
+/* Fixes the environment that OpenMP and OpenBLAS read when they are loaded: BLAS on one
+ * thread, waiting threads sleep (a spinning thread makes a busy machine 20 times slower).
+ * Starts the program again, once, when something had to be changed. */
+void parallel_fix_environment(char **argv);
+
+#endif

@@ -1,0 +1,33 @@
+/* solid.h: solids with closed forms, in their own frame: signed distance and outward normal. */
+#ifndef TOILE_GEOM_SOLID_H
+#define TOILE_GEOM_SOLID_H
+
+#include "sim/base/vec.h"
+
+typedef enum SolidKind {
+    SOLID_PLANE,    /* z <= 0 is solid */
+    SOLID_SPHERE,   /* radius, centre 0 */
+    SOLID_BOX,      /* |x| <= half, edges rounded with `radius` (inside the extents) */
+    SOLID_CYLINDER, /* axis z, |z| <= half.z, radius; flat ends */
+    SOLID_CAPSULE,  /* axis z, all points within `radius` of the segment |z| <= half.z */
+    SOLID_CONE      /* axis z, apex at +half.z, base of `radius` at -half.z */
+} SolidKind;
+#define SOLID_KIND_COUNT 6
+
+typedef struct Solid {
+    SolidKind kind;
+    Vec3 half;     /* [m] half extents; only .z for cylinder, capsule, cone */
+    double radius; /* [m] */
+} Solid;
+
+extern const char *const solid_names[SOLID_KIND_COUNT + 1]; /* by kind, NULL-terminated */
+
+/* Exact signed distance [m] of p from the surface, negative inside; *normal: the unit gradient
+ * (pointing out). p in the solid's frame. All solids are convex: the plane through the closest
+ * point, normal to *normal, has the solid on one side. */
+double solid_distance(const Solid *solid, Vec3 p, Vec3 *normal);
+
+/* [m] radius of a ball around the origin that holds the solid; INFINITY for a plane. */
+double solid_bound(const Solid *solid);
+
+#endif

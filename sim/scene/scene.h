@@ -1,0 +1,159 @@
+/* scene.h: every parameter of a scene, with unit, meaning and default.
+ *
+ * scene_read fills a Scene from a YAML file (the schema tables in schema.c name each key, its
+ * unit, default, limits and help text; `toile help scene` prints them). Everything inside is SI:
+ * metres, kilograms, seconds, radians; z is up. A Scene is constant once read; all its memory
+ * belongs to the arena that was passed in.
+ */
+#ifndef TOILE_SCENE_SCENE_H
+#define TOILE_SCENE_SCENE_H
+
+#include <stdint.h>
+
+#include "sim/base/arena.h"
+#include "sim/base/error.h"
+#include "sim/base/film.h"
+#include "sim/geom/solid.h"
+#include "sim/scene/fabric.h"
+#include "sim/scene/motion.h"
+
+#define SCENE_VERSION 1
+
+typedef enum ShapeKind {
+    SHAPE_RECTANGLE, /* width along u (warp), height along v (weft) */
+    SHAPE_SLEEVE,    /* a rectangle joined to itself: u runs around, v along the axis */
+    SHAPE_DISC,
+    SHAPE_ANNULUS,
+    SHAPE_POLYGON /* closed outline with holes */
+} ShapeKind;
+
+typedef struct ShapeDef {
+    ShapeKind kind;
+    double width, height;        /* [m] rectangle */
+    double radius, inner_radius; /* [m] sleeve, disc, annulus */
+    double length;               /* [m] sleeve */
+    bool rest_curved;            /* sleeve: the rest shape is the cylinder; false: the flat panel */
+    double rest_curvature[2];    /* [1/m] rectangle: rest curvature along u, v; 0 */
+    int loop_count;              /* polygon: outer outline, anticlockwise, then holes, clockwise */
+    const int *loop_begin;       /* (loop_count + 1) */
+    const double *outline;       /* [m] (loop_begin[loop_count] x 2) */
+} ShapeDef;
+
+typedef enum KinematicsKind { KINEMATICS_GREEN, KINEMATICS_COROTATIONAL } KinematicsKind;
+typedef enum BendingKind {
+    BENDING_AUTO,    /* stencil on lattices, rbf on scattered nodes */
+    BENDING_STENCIL, /* 13-point stencil: boundary integral of 2-node edge slopes (lattices) */
+    BENDING_RBF      /* boundary integral of RBF edge slopes (any nodes) */
+} BendingKind;
+
+typedef struct ClothDef {
+    const char *name;
+    ShapeDef shape;
+    Fabric fabric;
+    const char *look;  /* name of a look (assets/looks); "teal-twill" */
+    const char *model; /* name in cloth_models[]; "mlpg" */
+    int nodes[2];      /* nodes along u, along v; around, along for a sleeve; 41 x 41 */
+    double spacing;    /* [m] used instead of nodes when > 0, and for scattered nodes */
+    double jitter;     /* scattered layout: random shift of inner nodes / spacing, 0..0.4; 0 */
+    bool scattered;    /* rectangle with scattered nodes; false */
+    double accuracy;   /* wished relative error, chooses nodes and step; 0 = not asked */
+    Pose pose;         /* where the panel's origin (rectangle: centre; sleeve: middle of its
+                          axis, v along z) starts; a rectangle lies in x, y with its face up */
+    Vec3 velocity;     /* [m/s] at the start; 0 */
+    double noise;      /* [m] amplitude of seeded out-of-plane noise at the start; 0 */
+    double damping;    /* [1/s] mass damping; 0 */
+    KinematicsKind kinematics; /* green */
+    BendingKind bending;       /* auto */
+} ClothDef;
+
+typedef enum HandleKind {
+    HANDLE_HOLD, /* positions follow the motion; slopes are free (a hinge, a pin) */
+    HANDLE_CLAMP /* positions and the slope across the edge follow the motion */
+} HandleKind;
+
+typedef enum RegionKind {
+    REGION_LEFT,   /* u = 0 */
+    REGION_RIGHT,  /* u = width */
+    REGION_BOTTOM, /* v = 0; `start` of a sleeve */
+    REGION_TOP,    /* v = height; `end` of a sleeve */
+    REGION_BOTTOM_LEFT,
+    REGION_BOTTOM_RIGHT,
+    REGION_TOP_LEFT,
+    REGION_TOP_RIGHT, /* one corner node */
+    REGION_MIDLINE,   /* the nodes nearest to the line v = height / 2 */
+    REGION_BORDER,    /* all border nodes; the outer outline of a disc, an annulus, a polygon */
+    REGION_INNER,     /* inner outline of an annulus; all holes of a polygon */
+    REGION_ALL,
+    REGION_NEAREST, /* the node nearest to `point` (u, v) */
+    REGION_CIRCLE   /* all nodes within `radius` of `point` (u, v) */
+} RegionKind;
+
+typedef struct HandleDef {
+    HandleKind kind;
+    int cloth; /* index into Scene.cloths */
+    RegionKind region;
+    double point[2]; /* [m] (u, v) */
+    double radius;   /* [m] */
+    Motion motion;   /* of the held nodes, from where they start; identity at t = 0 */
+    double release;  /* [s] when the nodes are let go; INFINITY */
+    int line;        /* of the scene file, for messages; 0 */
+} HandleDef;
+
+typedef struct ObstacleDef {
+    const char *name;
+    Solid solid;
+    Pose pose;        /* at t = 0 */
+    Motion motion;    /* in world space, applied after `pose` */
+    double friction;  /* against cloth; negative: the fabric's own; -1 */
+    const char *look; /* "clay" */
+} ObstacleDef;
+
+typedef struct AirDef {
+    double drag; /* [kg/(m2 s)] force per area and relative velocity; 0 */
+    Vec3 wind;   /* [m/s]; 0 */
+} AirDef;
+
+typedef struct SolverDef {
+    const char *stepper;     /* name in steppers[]; "auto" */
+    double step;             /* [s] time step; 0 = the stepper's own choice */
+    int newton_iterations;   /* per implicit step; 2 */
+    double courant;          /* explicit step / stability limit; 0.8 */
+    double contact_distance; /* [m] distance kept from obstacles; 0 = from the thickness */
+} SolverDef;
+
+typedef struct Scene {
+    const char *path;  /* as given */
+    const char *text;  /* the whole file */
+    uint64_t hash;     /* of everything that was read: scene, fabrics, includes */
+    const char *title; /* file name without ending */
+    Film film;         /* frame_count from `seconds` and `rate` */
+    Vec3 gravity;      /* [m/s2] (0, 0, -9.81) */
+    AirDef air;
+    SolverDef solver;
+    int cloth_count, handle_count, obstacle_count;
+    ClothDef *cloths;
+    HandleDef *handles;
+    ObstacleDef *obstacles;
+    int warning_count;
+    const char *const *warnings; /* one line each, "file:line:column: warning: ..." */
+} Scene;
+
+ShapeDef shape_default(void);
+ClothDef cloth_default(void);
+HandleDef handle_default(void);
+ObstacleDef obstacle_default(void);
+SolverDef solver_default(void);
+Scene scene_default(void);
+
+/* Reads and checks a scene. False with up to ten errors ("file:line:column: error: ...", the
+ * source line, a caret) in error->text, code EXIT_BAD_INPUT, EXIT_MISSING_INPUT or EXIT_IO. */
+bool scene_read(const char *path, Arena *arena, Scene *scene, Error *error);
+
+/* The same for text that is already in memory; `path` is used for messages and includes. */
+bool scene_parse(const char *path, const char *text, size_t bytes, Arena *arena, Scene *scene,
+                 Error *error);
+
+void scene_print_reference(FILE *out);                     /* every key: unit, meaning, default */
+void scene_print_effective(const Scene *scene, FILE *out); /* valid YAML with defaults filled in */
+
+#endif
