@@ -142,8 +142,8 @@ StateWriter *state_append(const char *path, int last_frame, Error *error);
 bool state_write_header(StateWriter *writer, const StateHeader *header, Error *error);
 bool state_write_layout(StateWriter *writer, const StateLayout *layout, Error *error);
 /* `extra` holds statistics and what the stepper needs to resume. */
-bool state_write_frame(StateWriter *writer, const StateFrame *frame, const StateArray *extra,
-                       int extra_count, Error *error);
+bool state_write_frame(StateWriter *writer, const StateFrame *frame, int node_count,
+                       const StateArray *extra, int extra_count, Error *error);
 bool state_write_done(StateWriter *writer, const char *reason, Error *error);
 bool state_close(StateWriter *writer, Error *error); /* flushes; also frees when it fails */
 
@@ -168,7 +168,9 @@ typedef enum StateStatus {
 
 /* Looks again at the file, which may have grown, and counts whole frames. */
 StateStatus state_refresh(StateReader *reader);
-int state_frame_count(const StateReader *reader);    /* whole frames seen by state_refresh */
+int state_frame_count(const StateReader *reader); /* whole frames seen by state_refresh */
+/* Offset in the file after frame `index`; -1 when there is no such frame. */
+int64_t state_frame_end(const StateReader *reader, int index);
 const char *state_damage(const StateReader *reader); /* what is wrong and where; "" if nothing */
 const char *state_done_reason(const StateReader *reader);
 
