@@ -52,13 +52,17 @@ typedef struct ClothDef {
     Fabric fabric;
     const char *look;  /* name of a look (assets/looks); "teal-twill" */
     const char *model; /* name in cloth_models[]; "mlpg" */
-    int nodes[2];      /* nodes along u, along v; around, along for a sleeve; 41 x 41 */
-    double spacing;    /* [m] used instead of nodes when > 0, and for scattered nodes */
+    int nodes[2];      /* nodes along u, along v; around, along for a sleeve; 41 x 41. Unused
+                          for scattered nodes and discs, annuli, polygons */
+    double spacing;    /* [m] of scattered nodes and in discs, annuli, polygons, where it is never
+                          0 (default: extent / 40). On lattices: what `nodes` was computed from,
+                          0 when nodes were given */
     double jitter;     /* scattered layout: random shift of inner nodes / spacing, 0..0.4; 0 */
     bool scattered;    /* rectangle with scattered nodes; false */
     double accuracy;   /* wished relative error, chooses nodes and step; 0 = not asked */
     Pose pose;         /* where the panel's origin (rectangle: centre; sleeve: middle of its
-                          axis, v along z) starts; a rectangle lies in x, y with its face up */
+                          axis, v along z; disc, annulus: centre; polygon: (0, 0) of its outline)
+                          starts; a flat panel lies in x, y with its face up */
     Vec3 velocity;     /* [m/s] at the start; 0 */
     double noise;      /* [m] amplitude of seeded out-of-plane noise at the start; 0 */
     double damping;    /* [1/s] mass damping; 0 */
@@ -124,9 +128,10 @@ typedef struct SolverDef {
 typedef struct Scene {
     const char *path;  /* as given */
     const char *text;  /* the whole file */
-    uint64_t hash;     /* of everything that was read: scene, fabrics, includes */
-    const char *title; /* file name without ending */
-    Film film;         /* frame_count from `seconds` and `rate` */
+    uint64_t hash;     /* of every value of the effective scene, fabrics and includes too; comments
+                          and the way that numbers are written do not count */
+    const char *title; /* file name without ending, or `title` */
+    Film film;         /* frame_count = seconds * rate */
     Vec3 gravity;      /* [m/s2] (0, 0, -9.81) */
     AirDef air;
     SolverDef solver;
@@ -145,13 +150,25 @@ ObstacleDef obstacle_default(void);
 SolverDef solver_default(void);
 Scene scene_default(void);
 
+/* Names that later stages know, each list NULL-terminated; a NULL list allows any name. */
+typedef struct SceneWords {
+    const char *const *models, *const *steppers, *const *looks;
+} SceneWords;
+
 /* Reads and checks a scene. False with up to ten errors ("file:line:column: error: ...", the
- * source line, a caret) in error->text, code EXIT_BAD_INPUT, EXIT_MISSING_INPUT or EXIT_IO. */
-bool scene_read(const char *path, Arena *arena, Scene *scene, Error *error);
+ * source line, a caret) in error->text, code EXIT_BAD_INPUT, EXIT_MISSING_INPUT or EXIT_IO.
+ * `words` may be NULL: any name of a model, a stepper, a look. */
+bool scene_read(const char *path, const SceneWords *words, Arena *arena, Scene *scene,
+                Error *error);
 
 /* The same for text that is already in memory; `path` is used for messages and includes. */
-bool scene_parse(const char *path, const char *text, size_t bytes, Arena *arena, Scene *scene,
-                 Error *error);
+bool scene_parse(const char *path, const char *text, size_t bytes, const SceneWords *words,
+                 Arena *arena, Scene *scene, Error *error);
+
+/* [m2] of the flat panel */
+double shape_area(const ShapeDef *shape);
+/* [m] extents of the panel along u and v */
+void shape_extents(const ShapeDef *shape, double extents[2]);
 
 void scene_print_reference(FILE *out);                     /* every key: unit, meaning, default */
 void scene_print_effective(const Scene *scene, FILE *out); /* valid YAML with defaults filled in */

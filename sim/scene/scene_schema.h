@@ -1,0 +1,57 @@
+/* scene_schema.h: the parts of the scene reader, one file per part of the language.
+ *
+ * Inside sim/scene only; everybody else uses scene.h. */
+#ifndef TOILE_SCENE_SCENE_SCHEMA_H
+#define TOILE_SCENE_SCENE_SCHEMA_H
+
+#include "sim/scene/scene.h"
+#include "sim/scene/schema.h"
+#include "sim/scene/source.h"
+
+#define SCENE_MOST_NODES 4000000 /* of all cloths together; a typing error must not eat memory */
+#define SCENE_FARTHEST 1e4       /* [m] no coordinate is larger */
+
+/* What the parts share while a scene is read: Reader.context. */
+typedef struct SceneContext {
+    Scene *scene;
+    Sources sources;
+    const char *look; /* of cloths that do not say */
+    double seconds;   /* [s] of the film */
+    double node_sum;  /* nodes of the cloths so far */
+} SceneContext;
+
+static inline SceneContext *scene_context(const Reader *reader) { return reader->context; }
+
+extern const Schema scene_schema, film_schema, cloth_schema, shape_schema, handle_schema,
+    obstacle_schema, motion_schema, pose_turn_schema;
+
+/* custom fields of scene_schema; `member` is the Scene */
+FieldRead scene_read_film, scene_read_cloths, scene_read_handles, scene_read_obstacles;
+FieldPrint scene_print_film, scene_print_cloths, scene_print_handles, scene_print_obstacles;
+
+FieldRead shape_read; /* member: ShapeDef */
+FieldPrint shape_print;
+/* `outline` and `holes` of a polygon into shape->loop_count, loop_begin, outline. */
+bool polygon_read(Reader *reader, const Yaml *outline, const Yaml *holes, ShapeDef *shape);
+/* [m] from the point (u, v) to the panel, 0 on it */
+double shape_distance(const ShapeDef *shape, const double point[2]);
+
+FieldRead pose_turn_read; /* `turn` of a pose; member: Quat */
+FieldPrint pose_turn_print;
+
+/* `turn`, `move` and `motion` of a handle or an obstacle, each NULL when not given. */
+typedef struct MotionKeys {
+    const Yaml *turn, *move, *motion;
+} MotionKeys;
+bool motion_read(Reader *reader, const MotionKeys *keys, Vec3 centre, Motion *motion);
+void motion_print(FILE *out, int indent, const Motion *motion);
+
+/* x, -y, ... or a vector; unit length. */
+bool axis_read(Reader *reader, const Yaml *value, Vec3 *axis);
+
+void print_vector(FILE *out, Vec3 vector, const char *unit);
+
+/* A name that can be part of `cloth.region`: a letter, then letters, digits, - and _. */
+bool name_check(Reader *reader, const Yaml *key, const char *what);
+
+#endif
