@@ -94,6 +94,26 @@ static bool check_ways(Reader *reader, const Yaml *map) {
                         stretch->key->text);
 }
 
+/* the numbers that matter and were left out */
+static void warn_left_out(Reader *reader, const Fabric *fabric, Place place) {
+    static const size_t offsets[] = {offsetof(Fabric, thickness), offsetof(Fabric, bend_warp),
+                                     offsetof(Fabric, stretch_warp), offsetof(Fabric, shear),
+                                     offsetof(Fabric, friction)};
+    static const char *const names[] = {"thickness", "bending", "stretch", "shear", "friction"};
+    char list[80] = "";
+    for (int i = 0; i < 5; i++) {
+        const FabricNumber *number = (const void *)((const char *)fabric + offsets[i]);
+        if (number->flag == FABRIC_FALLBACK) {
+            strcat(list, list[0] ? ", " : "");
+            strcat(list, names[i]);
+        }
+    }
+    if (list[0] && !fabric->isotropic) {
+        report_warning(reader->report, place,
+                       "the fabric does not say %s: medians of real fabrics stand in", list);
+    }
+}
+
 /* from the keys that were given to a whole fabric */
 static bool finish(Reader *reader, const Yaml *map, FabricKeys *keys) {
     Fabric *fabric = &keys->fabric;
@@ -116,6 +136,7 @@ static bool finish(Reader *reader, const Yaml *map, FabricKeys *keys) {
                        fabric->weight.value * 1e3);
     }
     fabric_fill(fabric);
+    warn_left_out(reader, fabric, map->place);
     if (!isnan(keys->bend_twist.value)) {
         fabric->bend_bias = keys->bend_twist;
         fabric_set_twist(fabric, keys->bend_twist.value);

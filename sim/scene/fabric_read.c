@@ -5,8 +5,6 @@
 #include "sim/scene/fabric_schema.h"
 #include "sim/scene/units.h"
 
-#define FABRIC_VERSION 1
-
 const char *const fabric_flag_names[] = {"stated",   "measured", "derived", "estimated",
                                          "recalled", "fallback", NULL};
 
@@ -116,7 +114,8 @@ static const Schema bending_schema = {
     .name = "bending", .fields = bending_fields, .shorthand = 2, .help = "bending rigidity"};
 
 static const Field length_fields[] = {
-    {MEASURED("warp", length_warp, "m", 1e-4, 10.0), .help = "bending length along the warp"},
+    {MEASURED("warp", length_warp, "m", 1e-4, 10.0),
+     .help = "half the overhang at 41.5 degrees, ASTM D1388"},
     {MEASURED("weft", length_weft, "m", 1e-4, 10.0), .help = "bending length along the weft"},
     {0}};
 static const Schema length_schema = {.name = "bending_length",
@@ -166,6 +165,25 @@ static const Schema source_schema = {.name = "source",
                                      .shorthand = 1,
                                      .help = "where the numbers are from"};
 
+/* one row of `drape` */
+static const Field drape_fields[] = {
+    {"dc", FIELD_NUMBER, offsetof(FabricDrape, coefficient), .unit = "", .min = 0.0, .max = 1.0,
+     .required = true, .help = "drape coefficient"},
+    {"nodes", FIELD_COUNT, offsetof(FabricDrape, nodes), .min = 1, .max = 100, .help = "folds"},
+    {"specimen", FIELD_NUMBER, offsetof(FabricDrape, specimen), .unit = "m", .min = 0.01,
+     .max = 10.0, .help = "diameter of the cloth"},
+    {"disc", FIELD_NUMBER, offsetof(FabricDrape, disc), .unit = "m", .min = 0.01, .max = 10.0,
+     .help = "diameter of the support"},
+    {"flag", FIELD_WORD, offsetof(FabricDrape, flag), .words = fabric_flag_names,
+     .help = "how dc and nodes are known"},
+    {"geometry", FIELD_WORD, offsetof(FabricDrape, geometry), .words = fabric_flag_names,
+     .help = "how the diameters are known"},
+    {0}};
+static const Schema drape_schema = {.name = "drape",
+                                    .help = "a measured drape",
+                                    .fields = drape_fields,
+                                    .size = sizeof(FabricDrape)};
+
 #define GROUP(name, schema)                                                                        \
     .key = name, .type = FIELD_GROUP, .group = &(schema), .print = print_group
 
@@ -190,12 +208,10 @@ static const Field fabric_fields[] = {
     {MEASURED("weight", fabric.weight, "kg/m2", 1e-6, 1e4), .help = "areal weight"},
     {MEASURED("thickness", fabric.thickness, "m", 1e-6, 0.1), .help = "offsets contact only"},
     {GROUP("bending", bending_schema), .help = "bending rigidity; one value is both directions"},
-    {GROUP("bending_length", length_schema), .help = "in place of bending: half the overhang at "
-                                                     "41.5 degrees"},
+    {GROUP("bending_length", length_schema), .help = "in place of bending"},
     {GROUP("stretch", stretch_schema), .help = "membrane stiffness; one value is both directions"},
     {GROUP("shear", shear_schema), .help = "shear stiffness"},
-    {GROUP("isotropic", isotropic_schema), .help = "a test material in place of bending, stretch, "
-                                                   "shear"},
+    {GROUP("isotropic", isotropic_schema), .help = "a test material"},
     {MEASURED("friction", fabric.friction, "", 0.0, 100.0), .help = "against a smooth solid"},
     {.key = "threads_per_cm",
      .type = FIELD_NUMBER,
@@ -207,7 +223,8 @@ static const Field fabric_fields[] = {
     {.key = "drape",
      .type = FIELD_RAW,
      .offset = offsetof(FabricKeys, drape),
-     .help = "measured drapes, to compare with"},
+     .group = &drape_schema,
+     .help = "a list of measured drapes, to compare with"},
     {0}};
 
 static void set_default(void *object) { *(FabricKeys *)object = fabric_keys_default(); }
@@ -246,25 +263,6 @@ static void print_group(FILE *out, int indent, const Field *field, const void *m
         schema_print(out, indent + 2, field->group, member);
     }
 }
-
-/* one row of `drape` */
-static const Field drape_fields[] = {
-    {"dc", FIELD_NUMBER, offsetof(FabricDrape, coefficient), .unit = "", .min = 0.0, .max = 1.0,
-     .required = true, .help = "drape coefficient"},
-    {"nodes", FIELD_COUNT, offsetof(FabricDrape, nodes), .min = 1, .max = 100, .help = "folds"},
-    {"specimen", FIELD_NUMBER, offsetof(FabricDrape, specimen), .unit = "m", .min = 0.01,
-     .max = 10.0, .help = "diameter of the cloth"},
-    {"disc", FIELD_NUMBER, offsetof(FabricDrape, disc), .unit = "m", .min = 0.01, .max = 10.0,
-     .help = "diameter of the support"},
-    {"flag", FIELD_WORD, offsetof(FabricDrape, flag), .words = fabric_flag_names,
-     .help = "how dc and nodes are known"},
-    {"geometry", FIELD_WORD, offsetof(FabricDrape, geometry), .words = fabric_flag_names,
-     .help = "how the diameters are known"},
-    {0}};
-static const Schema drape_schema = {.name = "drape",
-                                    .help = "a measured drape",
-                                    .fields = drape_fields,
-                                    .size = sizeof(FabricDrape)};
 
 bool fabric_read_drapes(Reader *reader, const Yaml *list, Fabric *fabric) {
     if (list->kind != YAML_LIST) {

@@ -237,10 +237,12 @@ bool scene_parse(const char *path, const char *text, size_t bytes, const SceneWo
 
 void scene_print_reference(FILE *out) {
     fputs("A scene is YAML: metres, kilograms, seconds, z up. Every quantity may carry a unit "
-          "(30 cm, 1/60 s,\n72 deg/s, 4 turns, 118 gf*cm2/cm); a bare number is SI, a bare angle "
-          "an error. `frame` is a time.\nAny mapping may have `include: FILE`, whose keys hold "
-          "where none is given.\n\n"
-          "key                       type            default         meaning\n\n",
+          "(30 cm, 1/60 s, 72 deg/s,\n4 turns, 118 gf*cm2/cm); a bare number is SI, a bare angle "
+          "an error; `frame` is the time of a film frame.\nAny mapping may have `include: FILE`: "
+          "the keys of FILE hold where none is given. A number of a fabric may be\na mapping: "
+          "{value: 41 N/m, flag: estimated, from: analogy, low: 20 N/m, high: 60 N/m, note: "
+          "...}.\n\n"
+          "key                     type                default       meaning\n\n",
           out);
     schema_print_reference(out, 0, &scene_schema);
 }

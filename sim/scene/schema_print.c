@@ -6,9 +6,10 @@
 #include "sim/scene/schema.h"
 #include "sim/scene/units.h"
 
-#define KEY_COLUMN 26   /* [character] where the type starts in the reference */
-#define TYPE_COLUMN 16  /* width of the type */
-#define VALUE_COLUMN 16 /* width of the default */
+#define KEY_COLUMN 24   /* [character] where the type starts in the reference */
+#define TYPE_COLUMN 20  /* width of the type */
+#define VALUE_COLUMN 14 /* width of the default */
+#define PAGE_WIDTH 130  /* where help texts are wrapped */
 
 void schema_print_number(FILE *out, double value) {
     char text[32];
@@ -145,21 +146,32 @@ void schema_print(FILE *out, int indent, const Schema *schema, const void *objec
     }
 }
 
+static bool is_list(const Field *field) {
+    return field->type == FIELD_VECTOR || field->type == FIELD_POINT;
+}
+
+/* "a, b, c"; the empty word stands for "not given" */
+static void print_words(FILE *out, const char *const *words) {
+    for (int i = 0; words[i] && words[i][0]; i++) {
+        fprintf(out, "%s%s", i ? ", " : "", words[i]);
+    }
+}
+
 static void print_type(FILE *out, const Field *field) {
     static const char *const types[] = {
-        "number",    "whole number", "true, false", "word", "name", "text",
-        "[x, y, z]", "[u, v]",       "n x n",       "",     "",     ""};
+        "number",    "whole number", "true, false", "", "name", "text",
+        "[x, y, z]", "[u, v]",       "n x n",       "", "",     ""};
     char text[64] = "";
     FILE *buffer = fmemopen(text, sizeof text, "w");
-    if (field->unit && field->unit[0]) {
-        fputs(field->type == FIELD_VECTOR || field->type == FIELD_POINT ? types[field->type] : "",
-              buffer);
-        fputs(field->type == FIELD_VECTOR || field->type == FIELD_POINT ? " " : "", buffer);
-        print_unit(buffer, field->unit);
-    } else if (field->unit) {
-        fputs("number", buffer);
+    ASSERT(buffer);
+    if (field->words) {
+        print_words(buffer, field->words);
     } else {
-        fputs(types[field->type], buffer);
+        bool unit = field->unit && field->unit[0];
+        bool plain = field->unit && !unit && !is_list(field);
+        fputs(plain ? "number" : unit && !is_list(field) ? "" : types[field->type], buffer);
+        fputs(unit && is_list(field) ? " " : "", buffer);
+        print_unit(buffer, unit ? field->unit : "");
     }
     fclose(buffer);
     fprintf(out, "%-*s ", TYPE_COLUMN - 1, text);
@@ -168,9 +180,13 @@ static void print_type(FILE *out, const Field *field) {
 static void print_default(FILE *out, const Field *field, const void *object) {
     char text[96] = "";
     FILE *buffer = fmemopen(text, sizeof text, "w");
+    ASSERT(buffer);
     const char *member = (const char *)object + field->offset;
     if (field->required) {
         fputs("required", buffer);
+    } else if (object && is_list(field) && is_given(field, member)) {
+        print_list(buffer, (const double *)(const void *)member,
+                   field->type == FIELD_VECTOR ? 3 : 2, NULL);
     } else if (object && field->type < FIELD_GROUP && is_given(field, member)) {
         print_value(buffer, field, member);
     }
@@ -178,19 +194,27 @@ static void print_default(FILE *out, const Field *field, const void *object) {
     fprintf(out, "%-*s ", VALUE_COLUMN - 1, text);
 }
 
+/* words of `text`, wrapped; continued under `column` */
+static void print_wrapped(FILE *out, int column, const char *text) {
+    int x = column;
+    while (*text) {
+        int word = (int)strcspn(text, " ");
+        if (x > column && x + word + 1 > PAGE_WIDTH) {
+            fprintf(out, "\n%*s", column, "");
+            x = column;
+        }
+        x += fprintf(out, "%s%.*s", x > column ? " " : "", word, text);
+        text += word;
+        text += strspn(text, " ");
+    }
+    fputc('\n', out);
+}
+
 static void print_row(FILE *out, int indent, const Field *field, const void *object) {
     fprintf(out, "%*s%-*s ", indent, "", KEY_COLUMN - indent - 1, field->key);
     print_type(out, field);
     print_default(out, field, object);
-    fputs(field->help, out);
-    if (field->words && field->type == FIELD_WORD) {
-        fputs(" (", out);
-        for (int i = 0; field->words[i]; i++) {
-            fprintf(out, "%s%s", i ? ", " : "", field->words[i]);
-        }
-        fputc(')', out);
-    }
-    fputc('\n', out);
+    print_wrapped(out, KEY_COLUMN + TYPE_COLUMN + VALUE_COLUMN, field->help);
 }
 
 void schema_print_reference(FILE *out, int indent, const Schema *schema) {
