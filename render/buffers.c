@@ -1,0 +1,128 @@
+/* Geometry and constants in the driver's memory. */
+#include <stddef.h>
+
+#include "render/passes.h"
+
+/* A plane that is not the floor is drawn as a square of this half side. */
+#define PLANE_SCALES 3.0 /* of the scale */
+
+static GLuint create_buffer(GLenum target, GLsizeiptr bytes, const void *data, GLenum usage) {
+    GLuint buffer = 0;
+    gl.GenBuffers(1, &buffer);
+    gl.BindBuffer(target, buffer);
+    gl.BufferData(target, bytes, data, usage);
+    return buffer;
+}
+
+GLuint buffers_create_block(GLsizeiptr bytes, const void *data) {
+    return create_buffer(GL_UNIFORM_BUFFER, bytes, data, GL_DYNAMIC_DRAW);
+}
+
+static void set_attribute(GLuint number, int components, size_t stride, size_t offset) {
+    gl.EnableVertexAttribArray(number);
+    gl.VertexAttribPointer(number, components, GL_FLOAT, GL_FALSE, (GLsizei)stride,
+                           (const void *)offset);
+}
+
+static GLsizeiptr triangle_bytes(int count) { return 3 * (GLsizeiptr)sizeof(uint32_t) * count; }
+
+void buffers_create_cloth(Painter *painter, const Surface *surface) {
+    SurfaceBuffers *cloth = &painter->cloth;
+    GLsizeiptr count = surface->vertex_count;
+    gl.GenVertexArrays(1, &cloth->array);
+    gl.BindVertexArray(cloth->array);
+    cloth->vertices = create_buffer(GL_ARRAY_BUFFER, count * (GLsizeiptr)sizeof(SurfaceVertex),
+                                    NULL, GL_STREAM_DRAW);
+    set_attribute(0, 3, sizeof(SurfaceVertex), offsetof(SurfaceVertex, position));
+    set_attribute(1, 3, sizeof(SurfaceVertex), offsetof(SurfaceVertex, normal));
+    set_attribute(2, 3, sizeof(SurfaceVertex), offsetof(SurfaceVertex, tangent));
+    cloth->uv = create_buffer(GL_ARRAY_BUFFER, count * 2 * (GLsizeiptr)sizeof(float), surface->uv,
+                              GL_STATIC_DRAW);
+    set_attribute(3, 2, 2 * sizeof(float), 0);
+    gl.BindVertexArray(0);
+    cloth->fine = create_buffer(GL_ARRAY_BUFFER, triangle_bytes(surface->fine_count), surface->fine,
+                                GL_STATIC_DRAW);
+    cloth->coarse = create_buffer(GL_ARRAY_BUFFER, triangle_bytes(surface->coarse_count),
+                                  surface->coarse, GL_STATIC_DRAW);
+    cloth->blocks = arena_push(&painter->arena, GLuint, surface->part_count);
+    for (int i = 0; i < surface->part_count; i++) {
+        const SurfacePart *part = &surface->parts[i];
+        ClothBlock block = look_cloth_block(painter->looks[i], part->size[0], part->size[1],
+                                            part->around, part->rectangle);
+        cloth->blocks[i] = buffers_create_block(sizeof block, &block);
+    }
+    cloth->uploaded = true;
+}
+
+void buffers_upload_cloth(Painter *painter, const Surface *surface) {
+    GLsizeiptr bytes = surface->vertex_count * (GLsizeiptr)sizeof(SurfaceVertex);
+    gl.BindBuffer(GL_ARRAY_BUFFER, painter->cloth.vertices);
+    gl.BufferData(GL_ARRAY_BUFFER, bytes, surface->vertices, GL_STREAM_DRAW);
+}
+
+void buffers_destroy_cloth(Painter *painter) {
+    SurfaceBuffers *cloth = &painter->cloth;
+    if (!cloth->uploaded) {
+        return;
+    }
+    GLuint buffers[] = {cloth->vertices, cloth->uv, cloth->fine, cloth->coarse};
+    gl.DeleteBuffers(4, buffers);
+    gl.DeleteBuffers(painter->def.cloth_count, cloth->blocks);
+    gl.DeleteVertexArrays(1, &cloth->array);
+    *cloth = (SurfaceBuffers){0};
+}
+
+static void create_prop(Painter *painter, int number) {
+    const PaintProp *prop = &painter->props[number];
+    PropBuffers *buffers = &painter->prop_buffers[number];
+    Arena scratch = {0};
+    double extent = PLANE_SCALES * painter->def.camera.scale;
+    SolidMesh mesh = solid_mesh_create(&prop->solid, extent, &scratch);
+    PropBlock block = look_prop_block(prop->look);
+    gl.GenVertexArrays(1, &buffers->array);
+    gl.BindVertexArray(buffers->array);
+    buffers->vertices =
+        create_buffer(GL_ARRAY_BUFFER, mesh.vertex_count * (GLsizeiptr)sizeof(SolidVertex),
+                      mesh.vertices, GL_STATIC_DRAW);
+    set_attribute(0, 3, sizeof(SolidVertex), offsetof(SolidVertex, position));
+    set_attribute(1, 3, sizeof(SolidVertex), offsetof(SolidVertex, normal));
+    buffers->triangles = create_buffer(GL_ELEMENT_ARRAY_BUFFER, triangle_bytes(mesh.triangle_count),
+                                       mesh.triangles, GL_STATIC_DRAW);
+    gl.BindVertexArray(0);
+    buffers->block = buffers_create_block(sizeof block, &block);
+    buffers->triangle_count = mesh.triangle_count;
+    buffers->box = (StageBox){vec3(mesh.low[0], mesh.low[1], mesh.low[2]),
+                              vec3(mesh.high[0], mesh.high[1], mesh.high[2])};
+    arena_free(&scratch);
+}
+
+void buffers_create_props(Painter *painter) {
+    painter->prop_buffers = arena_push(&painter->arena, PropBuffers, painter->def.prop_count);
+    for (int i = 0; i < painter->def.prop_count; i++) {
+        create_prop(painter, i);
+    }
+}
+
+void buffers_destroy_props(Painter *painter) {
+    for (int i = 0; painter->prop_buffers && i < painter->def.prop_count; i++) {
+        PropBuffers *buffers = &painter->prop_buffers[i];
+        GLuint names[] = {buffers->vertices, buffers->triangles, buffers->block};
+        gl.DeleteBuffers(3, names);
+        gl.DeleteVertexArrays(1, &buffers->array);
+    }
+}
+
+void buffers_draw_cloth(const Painter *painter, int first, int count, bool fine) {
+    gl.BindVertexArray(painter->cloth.array);
+    gl.BindBuffer(GL_ELEMENT_ARRAY_BUFFER, fine ? painter->cloth.fine : painter->cloth.coarse);
+    gl.DrawElements(GL_TRIANGLES, 3 * count, GL_UNSIGNED_INT,
+                    (const void *)(size_t)triangle_bytes(first));
+}
+
+void buffers_draw_prop(const Painter *painter, int prop) {
+    if (!painter->props[prop].hidden) {
+        const PropBuffers *buffers = &painter->prop_buffers[prop];
+        gl.BindVertexArray(buffers->array);
+        gl.DrawElements(GL_TRIANGLES, 3 * buffers->triangle_count, GL_UNSIGNED_INT, NULL);
+    }
+}

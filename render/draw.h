@@ -1,0 +1,41 @@
+/* draw.h: from a run to pictures: camera, looks, resampling and painting of its frames. */
+#ifndef TOILE_RENDER_DRAW_H
+#define TOILE_RENDER_DRAW_H
+
+#include "render/paint.h"
+#include "render/run.h"
+
+typedef struct DrawDef {
+    int width, height; /* [px] even; 0 = the film's */
+    const Quality *quality;
+    const char *look; /* of all cloths instead of their own; NULL = their own */
+    int threads;      /* raster threads of the driver besides this one; 0 */
+} DrawDef;
+
+typedef struct Drawer Drawer;
+
+/* Prepares to draw a run whose first frame is there. An automatic camera or floor looks at all
+ * frames that the run has now, so the caller waits for its end first (draw_needs_end).
+ * Errors: EXIT_BAD_INPUT (unknown looks), EXIT_MISSING_INPUT (no driver). */
+Drawer *draw_create(Run *run, const DrawDef *def, Error *error);
+void draw_destroy(Drawer *drawer);
+
+/* True if the pictures depend on frames that are still to come. */
+bool draw_needs_end(Run *run, Error *error);
+
+int draw_width(const Drawer *drawer);
+int draw_height(const Drawer *drawer);
+int draw_triangles(const Drawer *drawer); /* of the surface drawn last */
+
+/* Draws frame `index`. The image belongs to the drawer and is valid until the next call; a frame
+ * that shows the same as the last one is not drawn again. NULL: error. */
+const Image *draw_frame(Drawer *drawer, int index, Error *error);
+
+/* Adds the CPU time [s] of reading and resampling, and of each stage of painting. */
+typedef struct DrawTimes {
+    double read, resample, paint[PAINT_STAGE_COUNT];
+    int frames;
+} DrawTimes;
+void draw_measure(Drawer *drawer, DrawTimes *times);
+
+#endif

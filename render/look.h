@@ -1,0 +1,62 @@
+/* look.h: what cloths and obstacles look like. Tables of constant structs: a new look is a line
+ * in look.c. Colours are linear albedos. Sources: assets/looks/README.md.
+ */
+#ifndef TOILE_RENDER_LOOK_H
+#define TOILE_RENDER_LOOK_H
+
+#include <stdbool.h>
+
+#include "sim/base/error.h"
+
+typedef enum WeaveKind { WEAVE_PLAIN, WEAVE_TWILL, WEAVE_SATIN, WEAVE_PILE } WeaveKind;
+
+typedef struct Look {
+    const char *name, *about;
+    float warp[3], weft[3]; /* albedo of the threads along u, along v */
+    float ends, picks;      /* [1/m] threads along u counted across v; along v across u */
+    WeaveKind weave;        /* pile: no threads are drawn (velvet, felt) */
+    float reach;            /* [threads] smallest visible feature: 1 plain, 1.3 twill, 2.2 satin */
+    float bump;             /* 0..1 relief of the threads */
+    float sheen[3], roughness; /* light of loose fibres (Charlie), its alpha 0.2..0.9 */
+    float specular, shininess; /* highlights of the threads (Kajiya-Kay) */
+    float transmission;        /* part of the light that comes through */
+    float streaks;             /* unevenness of the yarn, seen from afar; 0..0.3 */
+    float back;                /* brightness of the back side; 1 = as the face */
+    float stripe[3];           /* albedo of woven border stripes */
+    float stripes[4];          /* begin, end, begin, end from the edge, in shorter panel sides */
+} Look;
+
+typedef struct PropLook {
+    const char *name, *about;
+    float base[3], roughness;
+    float second[3], grain; /* second colour of the surface and how strong it is */
+    float metal;            /* 0 or 1 */
+    float wood;             /* 1: rings and fibres; 0: speckle */
+    float grain_size;       /* [m] */
+} PropLook;
+
+extern const Look looks[];
+extern const int look_count;
+extern const PropLook prop_looks[];
+extern const int prop_look_count;
+
+/* By name. Unknown names are the states file's fault: EXIT_BAD_INPUT, with the nearest name. */
+const Look *look_find(const char *name, Error *error);
+const PropLook *prop_look_find(const char *name, Error *error);
+
+/* std140 twins of the blocks in cloth.frag.glsl and prop.frag.glsl. */
+typedef struct ClothBlock {
+    float warp[4], weft[4], stripe[4], stripes[4], sheen[4], thread[4], panel[4], yarn[4];
+} ClothBlock;
+
+typedef struct PropBlock {
+    float base[4], second[4], surface[4];
+} PropBlock;
+
+/* width, height: [m] of the panel. around: u is closed, the thread count becomes whole and the u
+ * edges have no stripes. striped: false hides stripes (panels that are no rectangle). */
+ClothBlock look_cloth_block(const Look *look, double width, double height, bool around,
+                            bool striped);
+PropBlock look_prop_block(const PropLook *look);
+
+#endif

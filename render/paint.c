@@ -1,0 +1,172 @@
+#include "render/paint.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "render/passes.h"
+
+#define CASTERS_REACH 4.0 /* of the scale: casters farther from the target get no shadow */
+
+const Quality qualities[] = {
+    {"draft", "quick look, one sample a pixel: about 150 CPU-ms", 1, 51000, 4, 6, 1024},
+    {"standard", "films: 2 x 2 samples a pixel: about 330 CPU-ms", 2, 100000, 4, 6, 2048},
+    {"quality", "stills: denser surface, smoother shadows: about 380 CPU-ms", 2, 205000, 6, 10,
+     2048},
+};
+const int quality_count = sizeof qualities / sizeof qualities[0];
+
+const char *const paint_stage_names[PAINT_STAGE_COUNT] = {
+    "upload",  "shadow_map", "half_depth", "occlusion", "backdrop",
+    "gbuffer", "cloth",      "props",      "composite", "read_back"};
+
+const Quality *quality_find(const char *name) {
+    for (int i = 0; i < quality_count; i++) {
+        if (strcmp(qualities[i].name, name) == 0) {
+            return &qualities[i];
+        }
+    }
+    return NULL;
+}
+
+Painter *paint_create(const PaintDef *def, Error *error) {
+    Painter *painter = calloc(1, sizeof *painter);
+    ASSERT(painter);
+    painter->def = *def;
+    painter->looks = arena_push(&painter->arena, const Look *, def->cloth_count);
+    painter->props = arena_push(&painter->arena, PaintProp, def->prop_count);
+    memcpy(painter->looks, def->looks, sizeof *def->looks * (size_t)def->cloth_count);
+    if (def->prop_count > 0) {
+        memcpy(painter->props, def->props, sizeof *def->props * (size_t)def->prop_count);
+    }
+    painter->stage =
+        stage_create(&def->camera, def->floor, def->width, def->height, def->quality->samples);
+    if (!passes_create_programs(painter, error)) {
+        paint_destroy(painter);
+        return NULL;
+    }
+    passes_create_targets(painter);
+    buffers_create_props(painter);
+    painter->stage_block = buffers_create_block(sizeof(StageBlock), &painter->stage.block);
+    gl.BindBufferBase(GL_UNIFORM_BUFFER, BLOCK_STAGE, painter->stage_block);
+    return painter;
+}
+
+void paint_destroy(Painter *painter) {
+    if (!painter) {
+        return;
+    }
+    buffers_destroy_cloth(painter);
+    buffers_destroy_props(painter);
+    passes_destroy(painter);
+    gl.DeleteBuffers(1, &painter->stage_block);
+    arena_free(&painter->arena);
+    free(painter);
+}
+
+void paint_set_surface(Painter *painter, const Surface *surface) {
+    ASSERT(surface->part_count == painter->def.cloth_count);
+    buffers_destroy_cloth(painter);
+    buffers_create_cloth(painter, surface);
+}
+
+void paint_measure(Painter *painter, double times[PAINT_STAGE_COUNT]) { painter->times = times; }
+
+static StageBox prop_box(const Painter *painter, int prop, Pose pose) {
+    StageBox box = stage_box_empty();
+    const StageBox *local = &painter->prop_buffers[prop].box;
+    for (int corner = 0; corner < 8 && !painter->props[prop].hidden; corner++) {
+        Vec3 p = vec3(corner & 1 ? local->high.x : local->low.x,
+                      corner & 2 ? local->high.y : local->low.y,
+                      corner & 4 ? local->high.z : local->low.z);
+        stage_box_add(&box, pose_apply(pose, p));
+    }
+    return box;
+}
+
+static double clamp(double x, double low, double high) {
+    return x < low ? low : x > high ? high : x;
+}
+
+/* A large obstacle must not spoil the shadow map: only what is near the target counts. */
+static void clip_box(StageBox *box, Vec3 target, double reach) {
+    Vec3 low = box->low, high = box->high, t = target;
+    box->low = vec3(clamp(low.x, t.x - reach, t.x + reach), clamp(low.y, t.y - reach, t.y + reach),
+                    clamp(low.z, t.z - reach, t.z + reach));
+    box->high =
+        vec3(clamp(high.x, t.x - reach, t.x + reach), clamp(high.y, t.y - reach, t.y + reach),
+             clamp(high.z, t.z - reach, t.z + reach));
+}
+
+/* Where things are in this frame: in the world, on the screen, and their shadows. */
+static FrameView look_at_frame(Painter *painter, const Surface *surface, const Pose *poses) {
+    FrameView view = {.surface = surface, .poses = poses};
+    view.cloth_box = (StageBox){vec3(surface->low[0], surface->low[1], surface->low[2]),
+                                vec3(surface->high[0], surface->high[1], surface->high[2])};
+    view.all_box = view.cloth_box;
+    for (int i = 0; i < painter->def.prop_count; i++) {
+        StageBox box = prop_box(painter, i, poses[i]);
+        stage_box_join(&view.all_box, &box);
+    }
+    Stage *stage = &painter->stage;
+    clip_box(&view.all_box, stage->camera.target, CASTERS_REACH * stage->camera.scale);
+    int texels = painter->def.quality->shadow_size;
+    stage_aim_light(stage, view.all_box, texels);
+    double reach = stage_occlusion_reach(stage), penumbra = stage_penumbra_reach(stage, texels);
+    view.dynamic = screen_box_empty();
+    for (int i = -1; i < painter->def.prop_count; i++) {
+        StageBox box = i < 0 ? view.cloth_box : prop_box(painter, i, poses[i]);
+        screen_box_add(&view.dynamic, stage, &box, reach);
+        screen_box_add_shadow(&view.dynamic, stage, &box, penumbra);
+    }
+    return view;
+}
+
+static double cpu_seconds(void) {
+    struct timespec now;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+/* Adds the time since *start to a stage, when somebody measures. */
+static void account(Painter *painter, PaintStage stage, double *start) {
+    if (painter->times) {
+        gl.Finish();
+        double now = cpu_seconds();
+        painter->times[stage] += now - *start;
+        *start = now;
+    }
+}
+
+static void read_picture(Painter *painter, Image *image) {
+    ASSERT(image->width == painter->def.width && image->height == painter->def.height);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, painter->targets.picture_target);
+    gl.ReadPixels(0, 0, image->width, image->height, GL_RGBA, GL_UNSIGNED_BYTE, image->rgba);
+}
+
+void paint_frame(Painter *painter, const Surface *surface, const Pose *poses, Image *image) {
+    double start = painter->times ? cpu_seconds() : 0.0;
+    FrameView view = look_at_frame(painter, surface, poses);
+    buffers_upload_cloth(painter, surface);
+    gl.BindBuffer(GL_UNIFORM_BUFFER, painter->stage_block);
+    gl.BufferSubData(GL_UNIFORM_BUFFER, 0, sizeof(StageBlock), &painter->stage.block);
+    account(painter, PAINT_UPLOAD, &start);
+    pass_shadow(painter, &view);
+    account(painter, PAINT_SHADOW, &start);
+    pass_depth(painter, &view);
+    account(painter, PAINT_DEPTH, &start);
+    pass_occlusion(painter, &view);
+    account(painter, PAINT_OCCLUSION, &start);
+    pass_backdrop(painter, &view);
+    account(painter, PAINT_BACKDROP, &start);
+    pass_gbuffer(painter, &view);
+    account(painter, PAINT_GBUFFER, &start);
+    pass_cloth(painter, &view);
+    account(painter, PAINT_CLOTH, &start);
+    pass_props(painter, &view);
+    account(painter, PAINT_PROPS, &start);
+    pass_composite(painter);
+    account(painter, PAINT_COMPOSITE, &start);
+    read_picture(painter, image);
+    account(painter, PAINT_READ, &start);
+}

@@ -1,0 +1,79 @@
+/* paint.h: draws frames: shadow map, occlusion, backdrop, G-buffer, shading, props, composite.
+ *
+ * A painter belongs to one film: camera, looks and size are fixed when it is made. Needs an open
+ * GL context (render/gl.h). The same inputs give the same bits, whatever was drawn before.
+ */
+#ifndef TOILE_RENDER_PAINT_H
+#define TOILE_RENDER_PAINT_H
+
+#include "render/camera.h"
+#include "render/image.h"
+#include "render/look.h"
+#include "render/resample.h"
+#include "sim/geom/solid.h"
+
+/* How much work a frame may be. The costs are CPU-ms at 1280 x 720 on one core. */
+typedef struct Quality {
+    const char *name, *about;
+    int samples;      /* along a pixel side: 1 or 2 */
+    int triangle_cap; /* of the resampled cloths */
+    int blocker_taps, filter_taps;
+    int shadow_size; /* [texel] side of the shadow map */
+} Quality;
+
+extern const Quality qualities[];
+extern const int quality_count;
+#define QUALITY_DEFAULT "standard"
+
+const Quality *quality_find(const char *name); /* NULL if unknown */
+
+typedef struct PaintProp {
+    Solid solid;
+    const PropLook *look;
+    bool hidden; /* the floor stands for it */
+} PaintProp;
+
+typedef struct PaintDef {
+    int width, height; /* [px] even */
+    const Quality *quality;
+    Camera camera;
+    bool floor;
+    int cloth_count;
+    const Look *const *looks; /* (cloth_count) */
+    int prop_count;
+    const PaintProp *props; /* (prop_count) */
+} PaintDef;
+
+/* The stages of a frame, for their cost. */
+typedef enum PaintStage {
+    PAINT_UPLOAD,
+    PAINT_SHADOW,
+    PAINT_DEPTH,
+    PAINT_OCCLUSION,
+    PAINT_BACKDROP,
+    PAINT_GBUFFER,
+    PAINT_CLOTH,
+    PAINT_PROPS,
+    PAINT_COMPOSITE,
+    PAINT_READ,
+    PAINT_STAGE_COUNT
+} PaintStage;
+
+extern const char *const paint_stage_names[PAINT_STAGE_COUNT];
+
+typedef struct Painter Painter;
+
+/* Errors: EXIT_OUR_BUG when a shader does not compile. */
+Painter *paint_create(const PaintDef *def, Error *error);
+void paint_destroy(Painter *painter);
+
+/* Tells the painter about a new surface (a new layout). */
+void paint_set_surface(Painter *painter, const Surface *surface);
+
+/* Draws a frame of that surface. poses: (prop_count). image must have the size of the film. */
+void paint_frame(Painter *painter, const Surface *surface, const Pose *poses, Image *image);
+
+/* Waits for the driver after each stage and adds its CPU time [s] to times; NULL: stops. */
+void paint_measure(Painter *painter, double times[PAINT_STAGE_COUNT]);
+
+#endif

@@ -1,0 +1,105 @@
+/* passes.h: inside of the painter: what the passes share, and the passes in their order. */
+#ifndef TOILE_RENDER_PASSES_H
+#define TOILE_RENDER_PASSES_H
+
+#include "render/gl.h"
+#include "render/paint.h"
+#include "render/solid_mesh.h"
+#include "render/stage.h"
+
+/* Texture units; the shaders' layout(binding) says the same. */
+enum { UNIT_INPUT, UNIT_LAYER, UNIT_FREE, UNIT_SHADOW, UNIT_OCCLUSION };
+
+/* Uniform blocks. */
+enum { BLOCK_STAGE, BLOCK_CLOTH, BLOCK_PROP };
+
+typedef struct Size {
+    int width, height;
+} Size;
+
+/* Textures and the targets that draw into them. Sizes: full: the picture; half: half of it;
+ * layer: full times samples. */
+typedef struct Targets {
+    Size full, half, layer;
+    GLuint shadow, shadow_target;             /* depth from the key light */
+    GLuint depth, depth_target;               /* half: depth from the eye */
+    GLuint linear, linear_target;             /* half: R32F depth along the view [m] */
+    GLuint occlusion[2], occlusion_target[2]; /* half: RG32F visible part, depth */
+    GLuint still, still_target;               /* half: RGBA32F backdrop without a shadow */
+    GLuint backdrop, backdrop_target;         /* half: RGBA32F backdrop of this frame */
+    GLuint words, words_target;               /* layer: RGBA32UI G-buffer */
+    GLuint layer_depth;                       /* layer: depth and stencil (cloth number + 1) */
+    GLuint layer_color, layer_target;         /* layer: SRGB8_ALPHA8 premultiplied */
+    GLuint picture, picture_target;           /* full: RGBA8 */
+} Targets;
+
+typedef struct Programs {
+    GLuint depth, linear, occlusion, blur, still, backdrop, gbuffer, cloth, prop, composite;
+    GLint depth_model_clip, blur_direction, gbuffer_panel_scale, prop_model_world;
+} Programs;
+
+/* The cloth's vertices and triangles in the driver. */
+typedef struct SurfaceBuffers {
+    GLuint array, vertices, uv, fine, coarse;
+    GLuint *blocks; /* (cloth_count) ClothBlock */
+    bool uploaded;
+} SurfaceBuffers;
+
+typedef struct PropBuffers {
+    GLuint array, vertices, triangles, block;
+    int triangle_count;
+    StageBox box; /* [m] in the solid's frame */
+} PropBuffers;
+
+/* What one frame changes. */
+typedef struct FrameView {
+    const Surface *surface;
+    const Pose *poses;
+    StageBox cloth_box, all_box; /* [m] */
+    ScreenBox dynamic;           /* where shadow or occlusion of this frame may be */
+} FrameView;
+
+struct Painter {
+    PaintDef def;
+    Arena arena;
+    const Look **looks; /* (cloth_count) */
+    PaintProp *props;   /* (prop_count) */
+    Stage stage;
+    GLuint stage_block;
+    Targets targets;
+    Programs programs;
+    SurfaceBuffers cloth;
+    PropBuffers *prop_buffers; /* (prop_count) */
+    bool still_drawn;
+    double *times; /* (PAINT_STAGE_COUNT) or NULL */
+};
+
+/* ---- passes.c ---- */
+bool passes_create_programs(Painter *painter, Error *error);
+void passes_create_targets(Painter *painter);
+void passes_destroy(Painter *painter);
+
+/* Limits drawing to a part of a target of this size, grown by `border` pixels; and stops it. */
+void passes_scissor(const ScreenBox *box, Size size, int border);
+void passes_scissor_off(void);
+
+void pass_shadow(Painter *painter, const FrameView *view);
+void pass_depth(Painter *painter, const FrameView *view);
+void pass_occlusion(Painter *painter, const FrameView *view);
+void pass_backdrop(Painter *painter, const FrameView *view);
+void pass_gbuffer(Painter *painter, const FrameView *view);
+void pass_cloth(Painter *painter, const FrameView *view);
+void pass_props(Painter *painter, const FrameView *view);
+void pass_composite(Painter *painter);
+
+/* ---- buffers.c: geometry in the driver ---- */
+void buffers_create_cloth(Painter *painter, const Surface *surface);
+void buffers_upload_cloth(Painter *painter, const Surface *surface);
+void buffers_destroy_cloth(Painter *painter);
+void buffers_create_props(Painter *painter);
+void buffers_destroy_props(Painter *painter);
+GLuint buffers_create_block(GLsizeiptr bytes, const void *data);
+void buffers_draw_cloth(const Painter *painter, int first, int count, bool fine);
+void buffers_draw_prop(const Painter *painter, int prop);
+
+#endif

@@ -1,0 +1,124 @@
+#include "render/resample.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "sim/base/error.h"
+
+#define CELL_PIXELS 1.75     /* [px] width of a cell: smaller ones waste the rasteriser */
+#define CELL_GROWTH 1.04     /* cells grow by this until the surface is under the cap */
+#define CELL_GROWTH_MOST 300 /* steps: a cloth that is large by itself is drawn as it is */
+
+struct Resampler {
+    Arena arena;
+    const ResampleKind **kinds; /* (part_count) */
+    void **plans;               /* (part_count) */
+    double *s;                  /* [m] (layout vertex_count x 3) */
+    Surface surface;
+};
+
+static const ResampleKind *kind_of(const StateLayout *layout, int cloth) {
+    const int32_t *lattice = layout->lattice + 4 * cloth;
+    int nodes = layout->node_begin[cloth + 1] - layout->node_begin[cloth];
+    bool is_lattice = lattice[0] >= 2 && lattice[1] >= 2 && lattice[0] * lattice[1] == nodes;
+    return is_lattice ? &resample_lattice : &resample_scattered;
+}
+
+static int plan_parts(Resampler *resampler, const StateLayout *layout, double cell) {
+    int triangles = 0;
+    for (int i = 0; i < layout->cloth_count; i++) {
+        SurfacePart *part = &resampler->surface.parts[i];
+        resampler->kinds[i] = kind_of(layout, i);
+        resampler->plans[i] = resampler->kinds[i]->plan(layout, i, cell, &resampler->arena, part);
+        triangles += part->fine_count;
+    }
+    return triangles;
+}
+
+static void place_parts(Surface *surface) {
+    for (int i = 0; i < surface->part_count; i++) {
+        SurfacePart *part = &surface->parts[i];
+        part->vertex_begin = surface->vertex_count;
+        part->fine_begin = surface->fine_count;
+        part->coarse_begin = surface->coarse_count;
+        surface->vertex_count += part->vertex_count;
+        surface->fine_count += part->fine_count;
+        surface->coarse_count += part->coarse_count;
+    }
+}
+
+Resampler *resample_create(const StateLayout *layout, const ResampleDef *def) {
+    Resampler *resampler = calloc(1, sizeof *resampler);
+    ASSERT(resampler);
+    Arena *arena = &resampler->arena;
+    Surface *surface = &resampler->surface;
+    surface->part_count = layout->cloth_count;
+    surface->parts = arena_push(arena, SurfacePart, layout->cloth_count);
+    resampler->kinds = arena_push(arena, const ResampleKind *, layout->cloth_count);
+    resampler->plans = arena_push(arena, void *, layout->cloth_count);
+    resampler->s = arena_push(arena, double, 3 * layout->vertex_count);
+    double cell = CELL_PIXELS / def->pixels_per_metre;
+    ArenaMark mark = arena_mark(arena);
+    for (int i = 0; i < CELL_GROWTH_MOST; i++) {
+        arena_rewind(arena, mark);
+        if (plan_parts(resampler, layout, cell) <= def->triangle_cap) {
+            break;
+        }
+        cell *= CELL_GROWTH;
+    }
+    place_parts(surface);
+    surface->vertices = arena_push(arena, SurfaceVertex, surface->vertex_count);
+    surface->uv = arena_push(arena, float, 2 * surface->vertex_count);
+    surface->fine = arena_push(arena, uint32_t, 3 * surface->fine_count);
+    surface->coarse = arena_push(arena, uint32_t, 3 * surface->coarse_count);
+    for (int i = 0; i < surface->part_count; i++) {
+        resampler->kinds[i]->connect(resampler->plans[i], surface, &surface->parts[i]);
+    }
+    return resampler;
+}
+
+void resample_destroy(Resampler *resampler) {
+    if (resampler) {
+        arena_free(&resampler->arena);
+        free(resampler);
+    }
+}
+
+static void find_box(Surface *surface) {
+    float low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
+    for (int i = 0; i < surface->vertex_count; i++) {
+        for (int k = 0; k < 3; k++) {
+            float p = surface->vertices[i].position[k];
+            low[k] = p < low[k] ? p : low[k];
+            high[k] = p > high[k] ? p : high[k];
+        }
+    }
+    memcpy(surface->low, low, sizeof low);
+    memcpy(surface->high, high, sizeof high);
+}
+
+const Surface *resample_frame(Resampler *resampler, const StateLayout *layout, const double *x) {
+    Surface *surface = &resampler->surface;
+    state_surface(layout, x, resampler->s);
+    for (int i = 0; i < surface->part_count; i++) {
+        const double *nodes = x + 3 * layout->node_begin[i];
+        const double *vertices = resampler->s + 3 * layout->vertex_begin[i];
+        resampler->kinds[i]->evaluate(resampler->plans[i], nodes, vertices,
+                                      surface->vertices + surface->parts[i].vertex_begin);
+    }
+    find_box(surface);
+    return surface;
+}
+
+const Surface *resample_surface(const Resampler *resampler) { return &resampler->surface; }
+
+void resample_set_frame(SurfaceVertex *vertex, const double du[3], const double dv[3]) {
+    Vec3 u = vec3_unit(vec3_load(du), vec3(1, 0, 0));
+    Vec3 v = vec3_unit(vec3_load(dv), vec3(0, 1, 0));
+    Vec3 normal = vec3_unit(vec3_cross(u, v), vec3(0, 0, 1));
+    for (int k = 0; k < 3; k++) {
+        vertex->normal[k] = (float)(&normal.x)[k];
+        vertex->tangent[k] = (float)(&u.x)[k];
+    }
+}

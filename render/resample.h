@@ -1,0 +1,83 @@
+/* resample.h: a smooth surface, at any density, from the node states of a frame.
+ *
+ * The density is chosen once a layout (never per frame: nothing pops), so that cells are about
+ * CELL_PIXELS wide on the screen. Positions and both derivatives come from the same smooth
+ * function of the material coordinates, so facets never show, however few nodes there are.
+ *
+ *   lattice    cubic B-spline through the nodes, with analytic derivatives; closed along u when
+ *              the lattice wraps around; quadratic at free borders
+ *   scattered  local quadratics through each surface vertex, fitted to its neighbours in
+ *              material space, blended over the triangles of the layout
+ */
+#ifndef TOILE_RENDER_RESAMPLE_H
+#define TOILE_RENDER_RESAMPLE_H
+
+#include <stdint.h>
+
+#include "sim/base/arena.h"
+#include "sim/state/state.h"
+
+/* One vertex as the graphics driver reads it. */
+typedef struct SurfaceVertex {
+    float position[3]; /* [m] */
+    float normal[3];   /* unit, out of the face side */
+    float tangent[3];  /* unit, along u */
+} SurfaceVertex;
+
+/* The piece of a surface that belongs to one cloth. */
+typedef struct SurfacePart {
+    int vertex_begin, vertex_count;
+    int fine_begin, fine_count;     /* triangles in `fine` */
+    int coarse_begin, coarse_count; /* triangles in `coarse` */
+    double corner[2];               /* [m] (u, v) of the panel's lower corner */
+    double size[2];                 /* [m] of the panel */
+    bool around;                    /* closed along u */
+    bool rectangle;                 /* the panel fills its bounding box */
+} SurfacePart;
+
+/* All cloths of a layout. */
+typedef struct Surface {
+    int part_count, vertex_count, fine_count, coarse_count;
+    SurfacePart *parts;      /* (part_count) */
+    SurfaceVertex *vertices; /* (vertex_count), rewritten for each frame */
+    float *uv;               /* [m] (vertex_count x 2), from the panel's corner */
+    uint32_t *fine;          /* (fine_count x 3) triangles to look at */
+    uint32_t *coarse;        /* (coarse_count x 3) every second vertex: shadow, occlusion */
+    float low[3], high[3];   /* [m] bounding box of the vertices */
+} Surface;
+
+typedef struct ResampleDef {
+    double pixels_per_metre; /* on the screen, where the cloth is */
+    int triangle_cap;        /* of all cloths together; 100000 */
+} ResampleDef;
+
+/* One kind of cloth layout. */
+typedef struct ResampleKind {
+    const char *name;
+    /* Number of vertices and triangles when a cell is `cell` [m] wide; fills the part but for its
+     * begins, and remembers what it needs in arena. */
+    void *(*plan)(const StateLayout *layout, int cloth, double cell, Arena *arena,
+                  SurfacePart *part);
+    /* Fills uv and triangles of the part. */
+    void (*connect)(const void *plan, Surface *surface, const SurfacePart *part);
+    /* Fills the vertices of the part from x (nodes) and s (surface vertices), both [m]. */
+    void (*evaluate)(void *plan, const double *x, const double *s, SurfaceVertex *vertices);
+} ResampleKind;
+
+extern const ResampleKind resample_lattice, resample_scattered;
+
+typedef struct Resampler Resampler;
+
+/* The layout is only read here; it may change or vanish afterwards, but resample_frame needs one
+ * of the same shape. */
+Resampler *resample_create(const StateLayout *layout, const ResampleDef *def);
+void resample_destroy(Resampler *resampler);
+
+/* The surface at node positions x [m] (node_count x 3). Valid until the next call. */
+const Surface *resample_frame(Resampler *resampler, const StateLayout *layout, const double *x);
+const Surface *resample_surface(const Resampler *resampler);
+
+/* Unit normal and tangent from the derivatives along u and v. Collapsed surfaces get any. */
+void resample_set_frame(SurfaceVertex *vertex, const double du[3], const double dv[3]);
+
+#endif

@@ -1,0 +1,269 @@
+/* Cubic B-spline interpolation on a lattice [Unser, Aldroubi, Eden 1993: B-spline signal
+ * processing]. The coefficients c solve (c_{i-1} + 4 c_i + c_{i+1}) / 6 = x_i, so that the surface
+ * passes through the nodes; at a free border the third derivative vanishes, which makes
+ * quadratics exact. */
+#include <math.h>
+#include <string.h>
+
+#include "render/resample.h"
+#include "sim/base/error.h"
+
+#define TAPS 4
+#define POLE -0.26794919243112270647 /* sqrt(3) - 2, of the interpolation filter */
+#define MOST_CELLS 8192              /* along one direction */
+
+typedef struct Tap {
+    int first;          /* padded coefficient number */
+    double value[TAPS]; /* B-spline weights */
+    double slope[TAPS]; /* their derivatives [1/m] */
+} Tap;
+
+typedef struct LatticePlan {
+    int count[2];  /* nodes along u, v */
+    int stride[2]; /* node number = stride[0] i + stride[1] j */
+    bool around;
+    int cells[2];         /* fine cells along u, v */
+    Tap *taps[2];         /* (cells + 1) */
+    float *place[2];      /* [m] (cells + 1) from the panel's corner */
+    double *coefficients; /* [m] ((count[1] + 2) x (count[0] + 2) x 3), padded by one */
+    double *line;         /* scratch (longest count x 2) */
+    double *columns;      /* ((count[1] + 2) x (cells[0] + 1) x 6): value and u slope */
+} LatticePlan;
+
+static int even_cells(double size, double cell, int intervals) {
+    int cells = 2 * (int)ceil(0.5 * size / cell);
+    int least = intervals + (intervals & 1);
+    cells = cells < least ? least : cells;
+    return cells < MOST_CELLS ? cells : MOST_CELLS;
+}
+
+static void plan_taps(LatticePlan *plan, int axis, double spacing, Arena *arena) {
+    int cells = plan->cells[axis], count = plan->count[axis];
+    bool around = axis == 0 && plan->around;
+    int intervals = around ? count : count - 1;
+    plan->taps[axis] = arena_push(arena, Tap, cells + 1);
+    plan->place[axis] = arena_push(arena, float, cells + 1);
+    for (int i = 0; i <= cells; i++) {
+        double at = (double)intervals * i / cells;
+        int first = (int)floor(at);
+        first = first < intervals ? first : intervals - 1;
+        double t = at - first, r = 1.0 - t, d = 1.0 / spacing;
+        plan->place[axis][i] = (float)(at * spacing);
+        plan->taps[axis][i] = (Tap){
+            .first = first, /* padded: coefficient -1 is number 0 */
+            .value = {r * r * r / 6.0, (4.0 - 6.0 * t * t + 3.0 * t * t * t) / 6.0,
+                      (4.0 - 6.0 * r * r + 3.0 * r * r * r) / 6.0, t * t * t / 6.0},
+            .slope = {-0.5 * r * r * d, (1.5 * t - 2.0) * t * d, (2.0 - 1.5 * r) * r * d,
+                      0.5 * t * t * d},
+        };
+    }
+}
+
+/* Which index runs fastest is told by the material coordinates. */
+static void find_strides(LatticePlan *plan, const double *material) {
+    bool u_first = fabs(material[2] - material[0]) > fabs(material[3] - material[1]);
+    plan->stride[0] = u_first ? 1 : plan->count[1];
+    plan->stride[1] = u_first ? plan->count[0] : 1;
+}
+
+static void *lattice_plan(const StateLayout *layout, int cloth, double cell, Arena *arena,
+                          SurfacePart *part) {
+    const int32_t *lattice = layout->lattice + 4 * cloth;
+    const double *material = layout->material + 2 * layout->node_begin[cloth];
+    LatticePlan *plan = arena_push(arena, LatticePlan, 1);
+    plan->count[0] = lattice[0], plan->count[1] = lattice[1];
+    plan->around = lattice[2] == 1;
+    find_strides(plan, material);
+    double spacing[2];
+    for (int axis = 0; axis < 2; axis++) {
+        int intervals = plan->count[axis] - 1;
+        const double *last = material + 2 * plan->stride[axis] * intervals;
+        spacing[axis] = (last[axis] - material[axis]) / intervals;
+        intervals += axis == 0 && plan->around;
+        part->corner[axis] = material[axis];
+        part->size[axis] = spacing[axis] * intervals;
+        plan->cells[axis] = even_cells(part->size[axis], cell, intervals);
+    }
+    for (int axis = 0; axis < 2; axis++) {
+        plan_taps(plan, axis, spacing[axis], arena);
+    }
+    int padded[2] = {plan->count[0] + 2, plan->count[1] + 2};
+    int longest = padded[0] > padded[1] ? padded[0] : padded[1];
+    plan->coefficients = arena_push(arena, double, 3 * padded[0] * padded[1]);
+    plan->line = arena_push(arena, double, 2 * longest);
+    plan->columns = arena_push(arena, double, 6 * padded[1] * (plan->cells[0] + 1));
+    part->vertex_count = (plan->cells[0] + 1) * (plan->cells[1] + 1);
+    part->fine_count = 2 * plan->cells[0] * plan->cells[1];
+    part->coarse_count = part->fine_count / 4;
+    part->around = plan->around;
+    part->rectangle = true;
+    return plan;
+}
+
+/* Two triangles a cell, anticlockwise seen from the face, diagonals alternating. */
+static uint32_t *connect_grid(const LatticePlan *plan, uint32_t base, int step, uint32_t *out) {
+    uint32_t row = (uint32_t)plan->cells[0] + 1, s = (uint32_t)step;
+    for (int j = 0; j < plan->cells[1]; j += step) {
+        for (int i = 0; i < plan->cells[0]; i += step) {
+            uint32_t a = base + (uint32_t)j * row + (uint32_t)i;
+            uint32_t b = a + s, c = a + s * row, d = c + s;
+            bool flip = ((i + j) / step) & 1;
+            uint32_t one[6] = {a, b, d, a, d, c}, other[6] = {a, b, c, b, d, c};
+            memcpy(out, flip ? other : one, sizeof one);
+            out += 6;
+        }
+    }
+    return out;
+}
+
+static void lattice_connect(const void *plan_data, Surface *surface, const SurfacePart *part) {
+    const LatticePlan *plan = plan_data;
+    float *uv = surface->uv + 2 * part->vertex_begin;
+    for (int j = 0; j <= plan->cells[1]; j++) {
+        for (int i = 0; i <= plan->cells[0]; i++) {
+            *uv++ = plan->place[0][i];
+            *uv++ = plan->place[1][j];
+        }
+    }
+    uint32_t base = (uint32_t)part->vertex_begin;
+    connect_grid(plan, base, 1, surface->fine + 3 * part->fine_begin);
+    connect_grid(plan, base, 2, surface->coarse + 3 * part->coarse_begin);
+}
+
+/* Coefficients of a closed line of n values, in place. */
+static void filter_closed(double *f, int n) {
+    double power = 1.0, sum = 0.0;
+    for (int k = 0; k < n; k++, power *= POLE) {
+        sum += power * f[(n - k) % n];
+    }
+    f[0] = sum / (1.0 - power);
+    for (int i = 1; i < n; i++) {
+        f[i] += POLE * f[i - 1];
+    }
+    power = 1.0, sum = 0.0;
+    for (int k = 0; k < n; k++, power *= POLE) {
+        sum += power * f[(n - 1 + k) % n];
+    }
+    f[n - 1] = -POLE * sum / (1.0 - power);
+    for (int i = n - 2; i >= 0; i--) {
+        f[i] = POLE * (f[i + 1] - f[i]);
+    }
+    for (int i = 0; i < n; i++) {
+        f[i] *= 6.0;
+    }
+}
+
+/* Coefficients of an open line of n values, in place; pivots: scratch (n). Rows: c0 - c1 =
+ * f0 - f1; c_{i-1} + 4 c_i + c_{i+1} = 6 f_i; c_{n-1} - c_{n-2} = f_{n-1} - f_{n-2}. */
+static void filter_open(double *f, double *pivots, int n) {
+    if (n < 3) {
+        return; /* a linear function is its own coefficients */
+    }
+    double last = f[n - 1] - f[n - 2];
+    pivots[0] = -1.0; /* of the elimination: c_i = f_i - pivots_i c_{i+1} */
+    f[0] = f[0] - f[1];
+    for (int i = 1; i < n - 1; i++) {
+        double inverse = 1.0 / (4.0 - pivots[i - 1]);
+        pivots[i] = inverse;
+        f[i] = (6.0 * f[i] - f[i - 1]) * inverse;
+    }
+    f[n - 1] = (last + f[n - 2]) / (1.0 + pivots[n - 2]);
+    for (int i = n - 2; i >= 0; i--) {
+        f[i] -= pivots[i] * f[i + 1];
+    }
+}
+
+/* Interpolating coefficients along one line of `count` values `step` apart; also its padding. */
+static void filter_line(double *at, ptrdiff_t step, int count, bool closed, double *scratch) {
+    for (int i = 0; i < count; i++) {
+        scratch[i] = at[step * (i + 1)];
+    }
+    if (closed) {
+        filter_closed(scratch, count);
+    } else {
+        filter_open(scratch, scratch + count, count);
+    }
+    for (int i = 0; i < count; i++) {
+        at[step * (i + 1)] = scratch[i];
+    }
+    const double *c = scratch, *e = scratch + count - 1;
+    if (closed) {
+        at[0] = e[0];
+        at[step * (count + 1)] = c[0];
+    } else if (count < 3) {
+        at[0] = 2.0 * c[0] - c[1];
+        at[step * (count + 1)] = 2.0 * e[0] - e[-1];
+    } else {
+        at[0] = 3.0 * (c[0] - c[1]) + c[2];
+        at[step * (count + 1)] = 3.0 * (e[0] - e[-1]) + e[-2];
+    }
+}
+
+static void find_coefficients(LatticePlan *plan, const double *x) {
+    int nu = plan->count[0], nv = plan->count[1];
+    ptrdiff_t row = 3 * ((ptrdiff_t)nu + 2);
+    for (int j = 0; j < nv; j++) {
+        for (int i = 0; i < nu; i++) {
+            memcpy(plan->coefficients + row * (j + 1) + 3 * (i + 1),
+                   x + 3 * (plan->stride[0] * i + plan->stride[1] * j), 3 * sizeof *x);
+        }
+        for (int k = 0; k < 3; k++) {
+            filter_line(plan->coefficients + row * (j + 1) + k, 3, nu, plan->around, plan->line);
+        }
+    }
+    for (int i = 0; i < 3 * (nu + 2); i++) {
+        filter_line(plan->coefficients + i, row, nv, false, plan->line);
+    }
+}
+
+/* Value and slope along u in every padded row, at every fine column. */
+static void evaluate_rows(LatticePlan *plan) {
+    int columns = plan->cells[0] + 1;
+    for (int j = 0; j < plan->count[1] + 2; j++) {
+        const double *row = plan->coefficients + 3 * (ptrdiff_t)(plan->count[0] + 2) * j;
+        double *out = plan->columns + 6 * (ptrdiff_t)columns * j;
+        for (int i = 0; i < columns; i++, out += 6) {
+            const Tap *tap = &plan->taps[0][i];
+            const double *c = row + 3 * tap->first;
+            for (int k = 0; k < 3; k++) {
+                out[k] = tap->value[0] * c[k] + tap->value[1] * c[3 + k] +
+                         tap->value[2] * c[6 + k] + tap->value[3] * c[9 + k];
+                out[3 + k] = tap->slope[0] * c[k] + tap->slope[1] * c[3 + k] +
+                             tap->slope[2] * c[6 + k] + tap->slope[3] * c[9 + k];
+            }
+        }
+    }
+}
+
+static void evaluate_columns(const LatticePlan *plan, SurfaceVertex *vertex) {
+    ptrdiff_t columns = plan->cells[0] + 1, row = 6 * columns;
+    for (int j = 0; j <= plan->cells[1]; j++) {
+        const Tap *tap = &plan->taps[1][j];
+        const double *a = plan->columns + row * tap->first;
+        for (ptrdiff_t i = 0; i < columns; i++, a += 6, vertex++) {
+            double du[3], dv[3];
+            for (int k = 0; k < 3; k++) {
+                const double *p = a + k, *q = a + 3 + k;
+                double at = tap->value[0] * p[0] + tap->value[1] * p[row] +
+                            tap->value[2] * p[2 * row] + tap->value[3] * p[3 * row];
+                du[k] = tap->value[0] * q[0] + tap->value[1] * q[row] + tap->value[2] * q[2 * row] +
+                        tap->value[3] * q[3 * row];
+                dv[k] = tap->slope[0] * p[0] + tap->slope[1] * p[row] + tap->slope[2] * p[2 * row] +
+                        tap->slope[3] * p[3 * row];
+                vertex->position[k] = (float)at;
+            }
+            resample_set_frame(vertex, du, dv);
+        }
+    }
+}
+
+static void lattice_evaluate(void *plan_data, const double *x, const double *s,
+                             SurfaceVertex *vertices) {
+    (void)s; /* the nodes of a lattice lie on the surface */
+    LatticePlan *plan = plan_data;
+    find_coefficients(plan, x);
+    evaluate_rows(plan);
+    evaluate_columns(plan, vertices);
+}
+
+const ResampleKind resample_lattice = {"lattice", lattice_plan, lattice_connect, lattice_evaluate};

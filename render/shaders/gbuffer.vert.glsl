@@ -1,0 +1,16 @@
+// The resampled cloth, drawn once at full rate.
+layout(location = 0) in vec3 position;
+layout(location = 1) in vec3 normal_in;
+layout(location = 2) in vec3 tangent_in;
+layout(location = 3) in vec2 uv_in; // [m] from the panel's corner
+
+out vec3 normal;
+out vec3 tangent;
+out vec2 uv;
+
+void main() {
+    normal = normal_in;
+    tangent = tangent_in;
+    uv = uv_in;
+    gl_Position = world_clip * vec4(position, 1.0);
+}
