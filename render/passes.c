@@ -31,6 +31,7 @@ bool passes_create_programs(Painter *painter, Error *error) {
         {&programs->blur, SHADER_FULLSCREEN, SHADER_BLUR, ""},
         {&programs->still, SHADER_FULLSCREEN, SHADER_BACKDROP, ""},
         {&programs->backdrop, SHADER_FULLSCREEN, SHADER_BACKDROP, floor_taps},
+        {&programs->soften, SHADER_FULLSCREEN, SHADER_SOFTEN, ""},
         {&programs->gbuffer, SHADER_GBUFFER_VERTEX, SHADER_GBUFFER_FRAGMENT, ""},
         {&programs->cloth, SHADER_FULLSCREEN, SHADER_CLOTH, taps},
         {&programs->prop, SHADER_PROP_VERTEX, SHADER_PROP_FRAGMENT, taps},
@@ -73,6 +74,8 @@ void passes_create_targets(Painter *painter) {
     }
     t->still = texture_of(t->half, GL_RGBA32F, GL_NEAREST);
     t->still_target = gl_target_create(t->still, 0, false);
+    t->grainy = texture_of(t->half, GL_RGBA32F, GL_NEAREST);
+    t->grainy_target = gl_target_create(t->grainy, 0, false);
     t->backdrop = texture_of(t->half, GL_RGBA32F, GL_LINEAR);
     t->backdrop_target = gl_target_create(t->backdrop, 0, false);
     t->layer_depth = texture_of(t->layer, GL_DEPTH24_STENCIL8, GL_NEAREST);
@@ -92,10 +95,10 @@ void passes_destroy(Painter *painter) {
                          t->layer_color,  t->picture, t->backdrop};
     GLuint targets[] = {t->shadow_target,       t->depth_target,        t->linear_target,
                         t->occlusion_target[0], t->occlusion_target[1], t->still_target,
-                        t->backdrop_target,     t->words_target,        t->layer_target,
-                        t->picture_target};
-    GLuint programs[] = {p->depth,    p->linear,  p->occlusion, p->blur, p->still,
-                         p->backdrop, p->gbuffer, p->cloth,     p->prop, p->composite};
+                        t->backdrop_target,     t->grainy_target,       t->words_target,
+                        t->layer_target,        t->picture_target};
+    GLuint programs[] = {p->depth,  p->linear,  p->occlusion, p->blur, p->still,    p->backdrop,
+                         p->soften, p->gbuffer, p->cloth,     p->prop, p->composite};
     gl.DeleteTextures(sizeof textures / sizeof *textures, textures);
     gl.DeleteFramebuffers(sizeof targets / sizeof *targets, targets);
     for (size_t i = 0; i < sizeof programs / sizeof *programs; i++) {
@@ -179,6 +182,15 @@ void pass_occlusion(Painter *painter, const FrameView *view) {
     gl_texture_bind(UNIT_OCCLUSION, t->occlusion[0]);
 }
 
+/* Fills a target with the still backdrop and leaves it current. */
+static void copy_still(const Painter *painter, GLuint target) {
+    const Targets *t = &painter->targets;
+    gl_target_bind(target, t->half.width, t->half.height);
+    gl.BindFramebuffer(GL_READ_FRAMEBUFFER, t->still_target);
+    gl.BlitFramebuffer(0, 0, t->half.width, t->half.height, 0, 0, t->half.width, t->half.height,
+                       GL_COLOR_BUFFER_BIT, GL_NEAREST);
+}
+
 void pass_backdrop(Painter *painter, const FrameView *view) {
     const Targets *t = &painter->targets;
     if (!painter->still_drawn) {
@@ -187,13 +199,15 @@ void pass_backdrop(Painter *painter, const FrameView *view) {
         gl_draw_fullscreen();
         painter->still_drawn = true;
     }
-    gl_target_bind(t->backdrop_target, t->half.width, t->half.height);
-    gl.BindFramebuffer(GL_READ_FRAMEBUFFER, t->still_target);
-    gl.BlitFramebuffer(0, 0, t->half.width, t->half.height, 0, 0, t->half.width, t->half.height,
-                       GL_COLOR_BUFFER_BIT, GL_NEAREST);
+    copy_still(painter, t->backdrop_target);
     if (painter->def.floor) {
+        copy_still(painter, t->grainy_target);
         passes_scissor(&view->dynamic, t->half, 0);
         gl.UseProgram(painter->programs.backdrop);
+        gl_draw_fullscreen();
+        gl_target_bind(t->backdrop_target, t->half.width, t->half.height);
+        gl_texture_bind(UNIT_INPUT, t->grainy);
+        gl.UseProgram(painter->programs.soften);
         gl_draw_fullscreen();
         passes_scissor_off();
     }

@@ -26,6 +26,7 @@ typedef struct Targets {
     GLuint linear, linear_target;             /* half: R32F depth along the view [m] */
     GLuint occlusion[2], occlusion_target[2]; /* half: RG32F visible part, depth */
     GLuint still, still_target;               /* half: RGBA32F backdrop without a shadow */
+    GLuint grainy, grainy_target;             /* half: RGBA32F, with grain in its shadow */
     GLuint backdrop, backdrop_target;         /* half: RGBA32F backdrop of this frame */
     GLuint words, words_target;               /* layer: RGBA32UI G-buffer */
     GLuint layer_depth;                       /* layer: depth and stencil (cloth number + 1) */
@@ -34,7 +35,7 @@ typedef struct Targets {
 } Targets;
 
 typedef struct Programs {
-    GLuint depth, linear, occlusion, blur, still, backdrop, gbuffer, cloth, prop, composite;
+    GLuint depth, linear, occlusion, blur, still, backdrop, soften, gbuffer, cloth, prop, composite;
     GLint depth_model_clip, blur_direction, gbuffer_panel_scale, prop_model_world;
 } Programs;
 

@@ -22,12 +22,13 @@ typedef struct LatticePlan {
     int count[2];  /* nodes along u, v */
     int stride[2]; /* node number = stride[0] i + stride[1] j */
     bool around;
+    int padded[2];        /* coefficients along u, v: one more before, one or two after */
     int cells[2];         /* fine cells along u, v */
     Tap *taps[2];         /* (cells + 1) */
     float *place[2];      /* [m] (cells + 1) from the panel's corner */
-    double *coefficients; /* [m] ((count[1] + 2) x (count[0] + 2) x 3), padded by one */
+    double *coefficients; /* [m] (padded[1] x padded[0] x 3) */
     double *line;         /* scratch (longest count x 2) */
-    double *columns;      /* ((count[1] + 2) x (cells[0] + 1) x 6): value and u slope */
+    double *columns;      /* (padded[1] x (cells[0] + 1) x 6): value and u slope */
 } LatticePlan;
 
 static int even_cells(double size, double cell, int intervals) {
@@ -87,7 +88,9 @@ static void *lattice_plan(const StateLayout *layout, int cloth, double cell, Are
     for (int axis = 0; axis < 2; axis++) {
         plan_taps(plan, axis, spacing[axis], arena);
     }
-    int padded[2] = {plan->count[0] + 2, plan->count[1] + 2};
+    int *padded = plan->padded;
+    padded[0] = plan->count[0] + (plan->around ? 3 : 2);
+    padded[1] = plan->count[1] + 2;
     int longest = padded[0] > padded[1] ? padded[0] : padded[1];
     plan->coefficients = arena_push(arena, double, 3 * padded[0] * padded[1]);
     plan->line = arena_push(arena, double, 2 * longest);
@@ -190,6 +193,7 @@ static void filter_line(double *at, ptrdiff_t step, int count, bool closed, doub
     if (closed) {
         at[0] = e[0];
         at[step * (count + 1)] = c[0];
+        at[step * (count + 2)] = c[1 % count];
     } else if (count < 3) {
         at[0] = 2.0 * c[0] - c[1];
         at[step * (count + 1)] = 2.0 * e[0] - e[-1];
@@ -201,7 +205,7 @@ static void filter_line(double *at, ptrdiff_t step, int count, bool closed, doub
 
 static void find_coefficients(LatticePlan *plan, const double *x) {
     int nu = plan->count[0], nv = plan->count[1];
-    ptrdiff_t row = 3 * ((ptrdiff_t)nu + 2);
+    ptrdiff_t row = 3 * (ptrdiff_t)plan->padded[0];
     for (int j = 0; j < nv; j++) {
         for (int i = 0; i < nu; i++) {
             memcpy(plan->coefficients + row * (j + 1) + 3 * (i + 1),
@@ -211,7 +215,7 @@ static void find_coefficients(LatticePlan *plan, const double *x) {
             filter_line(plan->coefficients + row * (j + 1) + k, 3, nu, plan->around, plan->line);
         }
     }
-    for (int i = 0; i < 3 * (nu + 2); i++) {
+    for (int i = 0; i < row; i++) {
         filter_line(plan->coefficients + i, row, nv, false, plan->line);
     }
 }
@@ -219,8 +223,8 @@ static void find_coefficients(LatticePlan *plan, const double *x) {
 /* Value and slope along u in every padded row, at every fine column. */
 static void evaluate_rows(LatticePlan *plan) {
     int columns = plan->cells[0] + 1;
-    for (int j = 0; j < plan->count[1] + 2; j++) {
-        const double *row = plan->coefficients + 3 * (ptrdiff_t)(plan->count[0] + 2) * j;
+    for (int j = 0; j < plan->padded[1]; j++) {
+        const double *row = plan->coefficients + 3 * (ptrdiff_t)plan->padded[0] * j;
         double *out = plan->columns + 6 * (ptrdiff_t)columns * j;
         for (int i = 0; i < columns; i++, out += 6) {
             const Tap *tap = &plan->taps[0][i];

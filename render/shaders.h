@@ -16,6 +16,7 @@
     X(OCCLUSION, "occlusion.frag.glsl")                                                            \
     X(BLUR, "blur.frag.glsl")                                                                      \
     X(BACKDROP, "backdrop.frag.glsl")                                                              \
+    X(SOFTEN, "soften.frag.glsl")                                                                  \
     X(GBUFFER_VERTEX, "gbuffer.vert.glsl")                                                         \
     X(GBUFFER_FRAGMENT, "gbuffer.frag.glsl")                                                       \
     X(CLOTH, "cloth.frag.glsl")                                                                    \

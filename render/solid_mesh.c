@@ -3,6 +3,7 @@
 #include "render/solid_mesh.h"
 
 #include <math.h>
+#include <stdbool.h>
 #include <string.h>
 
 #define TURN_PIECES 128  /* around the axis */
@@ -21,6 +22,7 @@ typedef struct ProfilePoint {
 typedef struct Profile {
     ProfilePoint points[MOST_PROFILE];
     int count;
+    bool flat[2]; /* the first, the last ring is closed by a flat disc */
 } Profile;
 
 static void profile_add(Profile *profile, double r, double z, double angle) {
@@ -47,25 +49,38 @@ static void profile_of(const Solid *solid, Profile *profile) {
         profile_arc(profile, 0, h, r, 0, up, ARC_PIECES);
     } else if (solid->kind == SOLID_CYLINDER) {
         double b = bevel_of(r, h);
-        profile_add(profile, 0, -h, -up);
         profile_arc(profile, r - b, -h + b, b, -up, 0, BEVEL_PIECES);
         profile_arc(profile, r - b, h - b, b, 0, up, BEVEL_PIECES);
-        profile_add(profile, 0, h, up);
+        profile->flat[0] = profile->flat[1] = true;
     } else { /* cone: side normal at this angle above the horizontal */
         double side = atan2(r, 2.0 * h), b = bevel_of(r, h);
         double inset = b / tan(0.5 * (up - side));
-        profile_add(profile, 0, -h, -up);
+        profile->flat[0] = true;
         profile_arc(profile, r - inset, -h + b, b, -up, side, BEVEL_PIECES);
         profile_add(profile, 0, h, side);
     }
 }
 
+/* A disc from ring points first .. first + count: few large triangles instead of many slivers,
+ * which the rasteriser would fill several times slower. */
+static uint32_t *close_disc(uint32_t ring, uint32_t first, uint32_t count, bool upward,
+                            uint32_t *out) {
+    if (count < 2) {
+        return out;
+    }
+    uint32_t half = count / 2, a = ring + first, b = a + half, c = a + count;
+    *out++ = a, *out++ = upward ? b : c, *out++ = upward ? c : b;
+    out = close_disc(ring, first, half, upward, out);
+    return close_disc(ring, first + half, count - half, upward, out);
+}
+
 static void turn_profile(const Profile *profile, SolidMesh *mesh, Arena *arena) {
     int columns = TURN_PIECES + 1;
     mesh->vertex_count = profile->count * columns;
-    mesh->triangle_count = 2 * (profile->count - 1) * TURN_PIECES;
+    int discs = profile->flat[0] + profile->flat[1];
+    int most = 2 * (profile->count - 1) * TURN_PIECES + discs * TURN_PIECES;
     mesh->vertices = arena_push(arena, SolidVertex, mesh->vertex_count);
-    mesh->triangles = arena_push(arena, uint32_t, 3 * mesh->triangle_count);
+    mesh->triangles = arena_push(arena, uint32_t, 3 * most);
     SolidVertex *vertex = mesh->vertices;
     for (int i = 0; i < profile->count; i++) {
         const ProfilePoint *p = &profile->points[i];
@@ -85,6 +100,11 @@ static void turn_profile(const Profile *profile, SolidMesh *mesh, Arena *arena) 
             out += 6;
         }
     }
+    for (int end = 0; end < 2; end++) {
+        uint32_t ring = end ? (uint32_t)((profile->count - 1) * columns) : 0;
+        out = profile->flat[end] ? close_disc(ring, 0, TURN_PIECES, end, out) : out;
+    }
+    mesh->triangle_count = (int)(out - mesh->triangles) / 3;
 }
 
 /* Place -1..1 of patch line i: dense where the edges are round. */

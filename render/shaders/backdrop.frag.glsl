@@ -3,7 +3,7 @@
 in vec2 place;
 out vec4 result;
 
-const vec3 ALBEDO = vec3(0.34, 0.315, 0.29);
+const vec3 ALBEDO = vec3(0.34, 0.322, 0.304);
 const float SEARCH = 34.0; // [texel at 2048] for blockers
 
 void main() {
@@ -19,7 +19,7 @@ void main() {
 #endif
     vec3 away = (p - vec3(centre.xy, wall.w)) / centre.w;
     float r2 = dot(away, away);
-    float pool = 1.0 / (1.0 + 0.10 * r2 + 0.012 * r2 * r2);
+    float pool = 1.0 / (1.0 + 0.05 * r2 + 0.002 * r2 * r2);
     vec3 light = key_color.rgb * key * max(dot(n, key_light.xyz), 0.0);
     light += fill_color.rgb * max(dot(n, fill_light.xyz), 0.0) * visible;
     light = light / PI + ambient_light(n) * occlusion_colored(visible, ALBEDO);

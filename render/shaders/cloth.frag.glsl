@@ -38,6 +38,11 @@ float sheen_energy(float alpha, float nv) {
                     0.138 * alpha);
 }
 
+float fresnel_power(float x) {
+    float x2 = x * x;
+    return x2 * x2 * x;
+}
+
 struct Threads {
     vec3 albedo;
     vec3 normal;
@@ -79,7 +84,7 @@ vec3 thread_highlight(Threads t, vec3 along_u, vec3 along_v, vec3 h, float lh, f
     float s_warp = pow(max(1.0 - th_warp * th_warp, 1e-6), thread.y);
     float s_weft = pow(max(1.0 - th_weft * th_weft, 1e-6), 0.5 * thread.y);
     float lobe = mix(mix(s_weft, s_warp, t.over), 0.6 * s_warp + 0.4 * s_weft, t.lod);
-    float f = 0.04 + 0.96 * pow(1.0 - lh, 5.0);
+    float f = 0.04 + 0.96 * fresnel_power(1.0 - lh);
     float strength = thread.x * lobe * (thread.y + 2.0) * 0.05 * nl * (4.0 * f + 0.25);
     return strength * light * mix(vec3(1.0), t.albedo, 0.45);
 }
@@ -88,16 +93,19 @@ struct Light {
     vec3 towards, color;
 };
 
-vec3 lit_by(Light light, Threads t, Sample g, vec3 v, vec3 along_u, vec3 along_v, float energy_kept) {
+// Diffuse light that wraps around fibres and shines through their edges.
+vec3 diffuse_lobe(vec3 albedo, float raw) {
+    float wrapped = saturate((raw + WRAP) / ((1.0 + WRAP) * (1.0 + WRAP)));
+    float nl = saturate(raw);
+    return albedo / PI * mix(vec3(nl), wrapped * saturate3(1.6 * albedo + nl), WRAP_PART);
+}
+
+vec3 lit_by(Light light, Threads t, float nv, vec3 v, vec3 along_u, vec3 along_v, float kept) {
     vec3 h = normalize(light.towards + v);
     float raw = dot(t.normal, light.towards);
-    float nl = saturate(raw), nv = saturate(dot(t.normal, v)) + 1e-3;
-    float nh = saturate(dot(t.normal, h)), lh = saturate(dot(light.towards, h));
-    float wrapped = saturate((raw + WRAP) / ((1.0 + WRAP) * (1.0 + WRAP)));
-    vec3 soft = wrapped * saturate3(1.6 * t.albedo + nl);
-    vec3 diffuse = t.albedo / PI * mix(vec3(nl), soft, WRAP_PART) * energy_kept;
+    float nl = saturate(raw), nh = saturate(dot(t.normal, h)), lh = saturate(dot(light.towards, h));
     vec3 sheen_part = sheen.rgb * sheen_lobe(sheen.w, nh, nl, nv) * nl;
-    return light.color * (diffuse + sheen_part) +
+    return light.color * (diffuse_lobe(t.albedo, raw) * kept + sheen_part) +
            thread_highlight(t, along_u, along_v, h, lh, nl, light.color);
 }
 
@@ -118,13 +126,12 @@ void main() {
     float visible = occlusion_at(place, depth_linear(g.depth));
     vec3 colored = occlusion_colored(visible, t.albedo);
 
-    Light lights[3] = Light[3](Light(key_light.xyz, key_color.rgb * key),
-                               Light(rim_light.xyz, rim_color.rgb * visible * visible),
-                               Light(fill_light.xyz, fill_color.rgb * visible));
-    vec3 color = vec3(0.0);
-    for (int i = 0; i < 3; i++) {
-        color += lit_by(lights[i], t, g, v, g.tangent, bitangent, kept);
-    }
+    Light key_part = Light(key_light.xyz, key_color.rgb * key);
+    Light rim_part = Light(rim_light.xyz, rim_color.rgb * visible * visible);
+    vec3 color = lit_by(key_part, t, nv + 1e-3, v, g.tangent, bitangent, kept) +
+                 lit_by(rim_part, t, nv + 1e-3, v, g.tangent, bitangent, kept);
+    // the fill light is soft: no highlights
+    color += fill_color.rgb * visible * kept * diffuse_lobe(t.albedo, dot(t.normal, fill_light.xyz));
     vec3 ambient = ambient_light(t.normal);
     color += ambient * (t.albedo * kept * colored + sheen.rgb * energy * visible * 0.7);
     vec3 through = key_color.rgb * key * max(-facing, 0.0) +

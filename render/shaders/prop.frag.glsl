@@ -27,7 +27,7 @@ float grain_at(vec3 p, float size) {
     float speckle = 0.5 * noise_smooth(q.xy * 1.3 + q.z) + 0.5 * noise_smooth(q.zx * 2.9 + q.y);
     float rings = length(q.xy + 0.35 * vec2(noise_smooth(q.yz * 0.2), noise_smooth(q.zx * 0.2)) + 3.0);
     float fibre = noise_smooth(vec2(q.z * 0.3, (q.x + q.y) * 9.0));
-    float wood = sin(rings * 5.0 + 1.5 * noise_smooth(q.xz * 0.4)) * 0.7 + 0.3 * fibre;
+    float wood = sin(rings * 5.0 + 2.5 * noise_smooth(q.xz * 0.4)) * 0.35 + 0.45 * fibre;
     return mix(speckle, wood, surface.y);
 }
 
@@ -44,7 +44,7 @@ void main() {
     float visible = occlusion_at(place, dot(world, forward.xyz) - forward.w);
     vec3 towards[3] = vec3[3](key_light.xyz, rim_light.xyz, fill_light.xyz);
     vec3 lights[3] = vec3[3](key_color.rgb * key, rim_color.rgb * visible * visible, fill_color.rgb * visible);
-    float nv = saturate(dot(n, v)) + 1e-3;
+    float nv = clamp(dot(n, v), 1e-3, 1.0);
     vec3 color = vec3(0.0);
     for (int i = 0; i < 3; i++) {
         vec3 h = normalize(towards[i] + v);

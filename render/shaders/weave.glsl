@@ -14,7 +14,8 @@ struct Weave {
 // One float: the visible stretch of a thread. Position -0.5..0.5 across and along it.
 vec2 weave_float(int kind, ivec2 c, vec2 f, out bool warp_over) {
     int diagonal = (c.x + c.y) & 3;
-    int five = (2 * c.x + c.y) % 5;
+    float steps = float(2 * c.x + c.y);
+    float five = steps - 5.0 * floor((steps + 0.5) / 5.0); // an integer remainder would be slow
     float place;
     if (kind == WEAVE_PLAIN) {
         warp_over = ((c.x + c.y) & 1) == 0;
@@ -24,9 +25,9 @@ vec2 weave_float(int kind, ivec2 c, vec2 f, out bool warp_over) {
         float along = warp_over ? f.x : f.y;
         place = (float(diagonal & 1) + along + 0.5) * 0.5 - 0.5;
     } else {
-        warp_over = five != 0;
+        warp_over = five > 0.5;
         // along u the cell number goes 2, 4, 1, 3 through the float of four cells
-        float cell = five == 2 ? 0.0 : (five == 4 ? 1.0 : (five == 1 ? 2.0 : 3.0));
+        float cell = five == 2.0 ? 0.0 : (five == 4.0 ? 1.0 : (five == 1.0 ? 2.0 : 3.0));
         place = warp_over ? (cell + f.x + 0.5) * 0.25 - 0.5 : f.y;
     }
     return vec2(warp_over ? f.y : f.x, place);
