@@ -4,7 +4,7 @@ config ?= release
 BUILD := build/$(config)
 CC ?= gcc
 
-CPPFLAGS := -I. -D_GNU_SOURCE -DTOILE_SOURCE_DIR='"$(CURDIR)"' -MMD -MP
+CPPFLAGS := -I. -isystem /usr/include/suitesparse -D_GNU_SOURCE -DTOILE_SOURCE_DIR='"$(CURDIR)"' -MMD -MP
 WARNINGS := -Wall -Wextra -pedantic -Wshadow -Wvla -Wmissing-prototypes -Wstrict-prototypes -Werror
 # -ffp-contract=off: the same bits on processors with and without fused multiply-add
 CFLAGS := -std=c17 -g -fopenmp -ffp-contract=off -fno-math-errno -fno-trapping-math $(WARNINGS)
@@ -25,13 +25,13 @@ $(error config is one of release, debug, sanitize, coverage; not '$(config)')
 endif
 
 # foreign libraries, one line per program
-SHARED_LIBS := -lxxhash -lm
-SIM_LIBS := -lcholmod -lopenblas -lyaml -ludunits2 -lqhull_r -lassimp $(SHARED_LIBS)
+SHARED_LIBS := -lqhull_r -llapacke -lopenblas -lxxhash -lm
+SIM_LIBS := -lcholmod -lyaml -ludunits2 -lassimp $(SHARED_LIBS)
 RENDER_LIBS := -lavformat -lavcodec -lswscale -lavutil -lpng -ldl $(SHARED_LIBS)
 
 SHARED_SOURCES := $(wildcard sim/base/*.c sim/geom/*.c sim/state/*.c)
 SIM_SOURCES := $(wildcard sim/scene/*.c sim/solve/*.c sim/model/*.c sim/contact/*.c sim/step/*.c) \
-	sim/sim.c
+	$(filter-out sim/main.c,$(wildcard sim/*.c))
 RENDER_SOURCES := $(filter-out render/main.c,$(wildcard render/*.c))
 TEST_SOURCES := $(wildcard tests/test_*.c)
 TEST_SUPPORT := $(wildcard tests/support/*.c)
@@ -57,21 +57,26 @@ SIM_OBJECTS := $(filter-out $(BUILD)/sim/model/sweep_kernel.o,$(SIM_OBJECTS)) $(
 
 $(BUILD)/sim/model/sweep_kernel.%.o: sim/model/sweep_kernel.c
 	@mkdir -p $(@D)
-	$(CC) $(CPPFLAGS) $(CFLAGS) $(SWEEP_FLAGS_$*) -DSWEEP_VARIANT=$* -c $< -o $@
+	@echo "cc   $< ($*)"
+	@$(CC) $(CPPFLAGS) $(CFLAGS) $(SWEEP_FLAGS_$*) -DSWEEP_VARIANT=$* -c $< -o $@
 
 $(BUILD)/%.o: %.c
 	@mkdir -p $(@D)
-	$(CC) $(CPPFLAGS) $(CFLAGS) -c $< -o $@
+	@echo "cc   $<"
+	@$(CC) $(CPPFLAGS) $(CFLAGS) -c $< -o $@
 
 $(BUILD)/toile-sim: $(BUILD)/sim/main.o $(SIM_OBJECTS) $(SHARED_OBJECTS)
-	$(CC) $(LDFLAGS) $^ $(SIM_LIBS) -o $@
+	@echo "link $@"
+	@$(CC) $(LDFLAGS) $^ $(SIM_LIBS) -o $@
 
 $(BUILD)/toile-render: $(BUILD)/render/main.o $(RENDER_OBJECTS) $(SHARED_OBJECTS)
-	$(CC) $(LDFLAGS) $^ $(RENDER_LIBS) -o $@
+	@echo "link $@"
+	@$(CC) $(LDFLAGS) $^ $(RENDER_LIBS) -o $@
 
 $(BUILD)/tests/%: $(BUILD)/tests/%.o $(call objects,$(TEST_SUPPORT)) $(SIM_OBJECTS) \
 		$(RENDER_OBJECTS) $(SHARED_OBJECTS)
-	$(CC) $(LDFLAGS) $^ $(SIM_LIBS) $(RENDER_LIBS) -lcmocka -o $@
+	@echo "link $@"
+	@$(CC) $(LDFLAGS) $^ $(SIM_LIBS) $(RENDER_LIBS) -lcmocka -o $@
 
 .SECONDARY:
 -include $(shell find $(BUILD) -name '*.d' 2>/dev/null)

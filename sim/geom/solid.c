@@ -111,6 +111,26 @@ double solid_distance(const Solid *solid, Vec3 p, Vec3 *normal) {
     return p.z;
 }
 
+double solid_support(const Solid *solid, Vec3 d) {
+    Vec3 half = solid->half;
+    double r = solid->radius, across = hypot(d.x, d.y);
+    switch (solid->kind) {
+    case SOLID_SPHERE:
+        return r;
+    case SOLID_BOX:
+        return fabs(d.x) * (half.x - r) + fabs(d.y) * (half.y - r) + fabs(d.z) * (half.z - r) + r;
+    case SOLID_CYLINDER:
+        return fabs(d.z) * half.z + across * r;
+    case SOLID_CAPSULE:
+        return fabs(d.z) * half.z + r;
+    case SOLID_CONE:
+        return fmax(d.z * half.z, across * r - d.z * half.z);
+    case SOLID_PLANE:
+        break;
+    }
+    return d.z > 0.0 && across == 0.0 ? 0.0 : INFINITY;
+}
+
 double solid_bound(const Solid *solid) {
     switch (solid->kind) {
     case SOLID_SPHERE:

@@ -7,7 +7,6 @@
 #include "sim/scene/fabric_schema.h"
 
 #define FABRIC_VERSION 1
-#define LIKE_DEEPEST 8 /* fabrics that are like fabrics that are like ... */
 
 const FabricRow fabric_rows[] = {{"weight", offsetof(Fabric, weight), "kg/m2"},
                                  {"thickness", offsetof(Fabric, thickness), "m"},
@@ -157,17 +156,9 @@ static bool read_map(Reader *reader, Sources *sources, const Yaml *map, Fabric *
 
 /* the fabric that another one is like */
 static bool read_like(Reader *reader, Sources *sources, const Yaml *like, Fabric *fabric) {
-    int depth = 0;
-    for (const Source *s = like->place.source; s; s = s->parent) {
-        depth++;
-    }
     if (like->kind != YAML_TEXT || !like->text[0]) {
         return schema_error(reader, like, "'like' wants the name of a fabric, found %s",
                             yaml_describe(like, reader->report));
-    }
-    if (depth > LIKE_DEEPEST) {
-        return schema_error(reader, like, "fabrics like fabrics nested deeper than %d; a circle?",
-                            LIKE_DEEPEST);
     }
     if (!fabric_read_named(reader, sources, like->text, like->place, fabric)) {
         return false;

@@ -24,7 +24,7 @@ static const Field measured_fields[] = {
     {"from", FIELD_TEXT, offsetof(MeasuredKeys, from), .help = "where an estimate comes from"},
     {"note", FIELD_TEXT, offsetof(MeasuredKeys, note), .help = "what to know when using it"},
     {0}};
-static const Schema measured_schema = {.name = "a measured number",
+static const Schema measured_schema = {.name = "measured number",
                                        .help = "a number and where it comes from",
                                        .fields = measured_fields,
                                        .size = sizeof(MeasuredKeys)};

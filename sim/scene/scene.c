@@ -123,7 +123,7 @@ static const Field scene_fields[] = {
     {"solver", FIELD_GROUP, offsetof(Scene, solver), .group = &solver_schema,
      .help = "numerical choices"},
     {0}};
-const Schema scene_schema = {.name = "a scene",
+const Schema scene_schema = {.name = "scene",
                              .help = "a scene",
                              .fields = scene_fields,
                              .size = sizeof(Scene),
@@ -136,7 +136,7 @@ bool name_check(Reader *reader, const Yaml *key, const char *what) {
     size_t length = strlen(key->text);
     return (letter && length <= 63 && strspn(key->text, allowed) == length) ||
            schema_error(reader, key,
-                        "'%s' cannot name a %s: a letter, then letters, digits, - "
+                        "'%s' cannot name %s: a letter, then letters, digits, - "
                         "and _, at most 63",
                         report_quote(reader->report, key->text), what);
 }

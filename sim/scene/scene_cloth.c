@@ -7,7 +7,7 @@
 #define SMALLEST_SIZE 1e-4     /* [m] of a cloth */
 #define LARGEST_SIZE 1e3       /* [m] */
 #define SCATTERED_DIVISIONS 40 /* default spacing = extent / this */
-#define FEWEST_NODES 3
+#define FEWEST_NODES 3         /* in each direction: fewer cannot bend */
 #define MOST_CLOTHS 1000
 
 static const char *const rest_words[] = {"flat", "curved", NULL};
@@ -82,8 +82,9 @@ bool shape_read(Reader *reader, const Field *field, const Yaml *value, void *mem
         return schema_error(reader, value,
                             "'shape' wants one of rectangle, sleeve, disc, annulus, polygon, "
                             "found %s",
-                            value->kind == YAML_MAP ? "another count of keys"
-                                                    : yaml_describe(value, reader->report));
+                            value->kind == YAML_MAP && value->count
+                                ? "several"
+                                : yaml_describe(value, reader->report));
     }
     int kind = 0;
     while (shape_fields[kind].key && strcmp(shape_fields[kind].key, value->first->key->text)) {
@@ -291,8 +292,8 @@ static double choose_nodes(ClothDef *cloth) {
     if (cloth->spacing > 0.0) {
         bool around = cloth->shape.kind == SHAPE_SLEEVE;
         for (int i = 0; i < 2; i++) {
-            double count = fmin(round(extents[i] / cloth->spacing), SCENE_MOST_NODES);
-            cloth->nodes[i] = (int)count + (i == 0 && around ? 0 : 1);
+            double count = round(extents[i] / cloth->spacing) + (i == 0 && around ? 0.0 : 1.0);
+            cloth->nodes[i] = (int)fmax(FEWEST_NODES, fmin(count, SCENE_MOST_NODES));
         }
     }
     return (double)cloth->nodes[0] * cloth->nodes[1];
@@ -329,13 +330,10 @@ static bool check_counts(Reader *reader, const Yaml *map, ClothDef *cloth) {
     const Yaml *nodes = yaml_find(map, "nodes"), *spacing = yaml_find(map, "spacing");
     const Yaml *place = nodes ? nodes : spacing ? spacing : map->key;
     double *sum = &scene_context(reader)->node_sum, count = choose_nodes(cloth);
-    int fewest_around = cloth->shape.kind == SHAPE_SLEEVE ? FEWEST_NODES : 2;
-    bool lattice = is_lattice(cloth);
-    if (count < FEWEST_NODES ||
-        (lattice && (cloth->nodes[0] < fewest_around || cloth->nodes[1] < 2))) {
-        return schema_error(reader, place,
-                            "too few nodes: a cloth needs 2 in each direction, 3 "
-                            "around a sleeve, 3 in all");
+    bool few =
+        is_lattice(cloth) && (cloth->nodes[0] < FEWEST_NODES || cloth->nodes[1] < FEWEST_NODES);
+    if (few || count < FEWEST_NODES) {
+        return schema_error(reader, place, "too few nodes: a cloth needs 3 in each direction");
     }
     *sum += count;
     if (*sum > SCENE_MOST_NODES) {
@@ -348,7 +346,7 @@ static bool read_cloth(Reader *reader, const Yaml *map, ClothDef *cloth) {
     *cloth = cloth_default();
     cloth->name = map->key->text;
     cloth->look = scene_context(reader)->look;
-    bool ok = name_check(reader, map->key, "cloth");
+    bool ok = name_check(reader, map->key, "a cloth");
     return schema_read(reader, &cloth_schema, map, cloth) && check_ways(reader, map, cloth) &&
            check_counts(reader, map, cloth) && ok;
 }

@@ -190,7 +190,7 @@ static bool read_solid(Reader *reader, const Yaml *map, SolidKind kind, Solid *s
 static bool read_obstacle(Reader *reader, const Yaml *map, ObstacleDef *obstacle) {
     ObstacleKeys keys;
     obstacle_keys_default(&keys);
-    bool ok = name_check(reader, map->key, "obstacle");
+    bool ok = name_check(reader, map->key, "an obstacle");
     if (!schema_read(reader, &obstacle_schema, map, &keys)) {
         return false;
     }

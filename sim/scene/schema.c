@@ -109,8 +109,9 @@ static void print_limits(char *text, size_t size, const char *unit, double min, 
 bool schema_read_number(Reader *reader, const char *name, const char *unit, double min, double max,
                         const Yaml *value, double *number) {
     double found;
+    char want[UNITS_WANTED_SIZE];
     UnitsProblem problem;
-    if (!want_text(reader, name, units_name(unit), value)) {
+    if (!want_text(reader, name, units_wanted(unit, want), value)) {
         return false;
     }
     const char *quote = report_quote(reader->report, value->text);
@@ -306,6 +307,17 @@ static bool read_shorthand(Reader *reader, const Schema *schema, const Yaml *val
     return ok;
 }
 
+/* Is `key` likely to be one of the unknown keys of the map, misspelled? */
+static bool is_misspelled(const Schema *schema, const Yaml *map, const char *key) {
+    for (const Yaml *value = map->first; value; value = value->next) {
+        if (!schema_find(schema, value->key->text) &&
+            text_distance(value->key->text, key, 2) <= 2) {
+            return true;
+        }
+    }
+    return false;
+}
+
 bool schema_read(Reader *reader, const Schema *schema, const Yaml *map, void *object) {
     if (schema->shorthand && (map->kind == YAML_TEXT || yaml_find(map, "value"))) {
         return read_shorthand(reader, schema, map, object);
@@ -325,7 +337,7 @@ bool schema_read(Reader *reader, const Schema *schema, const Yaml *map, void *ob
         const Yaml *value = yaml_find(map, field->key);
         if (value) {
             ok = schema_read_field(reader, field, value, (char *)object + field->offset) && ok;
-        } else if (field->required) {
+        } else if (field->required && !is_misspelled(schema, map, field->key)) {
             ok = schema_error(reader, map->key ? map->key : map, "'%s' needs '%s': %s",
                               schema->name, field->key, field->help);
         }

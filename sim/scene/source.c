@@ -66,6 +66,31 @@ static char *read_all(Sources *sources, FILE *in, size_t *bytes) {
     return text;
 }
 
+/* "a.yaml -> b.yaml -> a.yaml" */
+static const char *describe_chain(Sources *sources, const Source *source, const char *path) {
+    char chain[256];
+    snprintf(chain, sizeof chain, "%s", report_quote(sources->report, path));
+    for (; source; source = source->parent) {
+        char longer[256];
+        snprintf(longer, sizeof longer, "%.120s -> %.120s", source->path, chain);
+        memcpy(chain, longer, sizeof chain);
+    }
+    return arena_strdup(sources->arena, chain);
+}
+
+static bool check_chain(Sources *sources, const char *path, Place named) {
+    int depth = 1;
+    for (const Source *s = named.source; s; s = s->parent, depth++) {
+        if (strcmp(s->path, path) == 0) {
+            return report_error(sources->report, named, EXIT_BAD_INPUT, "a file needs itself: %s",
+                                describe_chain(sources, named.source, path));
+        }
+    }
+    return depth <= SOURCE_DEEPEST + 1 ||
+           report_error(sources->report, named, EXIT_BAD_INPUT,
+                        "files within files nested deeper than %d", SOURCE_DEEPEST);
+}
+
 /* May it be opened? A named pipe or a device only as the first file: it would block or never end. */
 static bool check_file(Sources *sources, const char *path, Place named) {
     struct stat status;
@@ -92,7 +117,7 @@ static bool check_file(Sources *sources, const char *path, Place named) {
 }
 
 const Source *source_read(Sources *sources, const char *path, Place named) {
-    if (!check_file(sources, path, named)) {
+    if (!check_chain(sources, path, named) || !check_file(sources, path, named)) {
         return NULL;
     }
     const char *quote = report_quote(sources->report, path);
@@ -116,6 +141,7 @@ const Source *source_read(Sources *sources, const char *path, Place named) {
 
 const char *source_resolve(Sources *sources, const Source *from, const char *path) {
     const char *slash = from ? strrchr(from->path, '/') : NULL;
+    path += 2 * (strncmp(path, "./", 2) == 0);
     if (path[0] == '/' || !slash) {
         return path;
     }
@@ -133,32 +159,6 @@ const char *source_asset(Arena *arena, const char *name) {
     char *path = arena_push(arena, char, bytes);
     snprintf(path, bytes, "%s/%s", folder, name);
     return path;
-}
-
-/* "a.yaml -> b.yaml -> a.yaml" */
-static const char *describe_chain(Sources *sources, const Source *source, const char *path) {
-    char chain[256];
-    snprintf(chain, sizeof chain, "%s", report_quote(sources->report, path));
-    for (; source; source = source->parent) {
-        char longer[256];
-        snprintf(longer, sizeof longer, "%.120s -> %.120s", source->path, chain);
-        memcpy(chain, longer, sizeof chain);
-    }
-    return arena_strdup(sources->arena, chain);
-}
-
-static bool check_chain(Sources *sources, const Yaml *include, const char *path) {
-    int depth = 1;
-    for (const Source *s = include->place.source; s; s = s->parent, depth++) {
-        if (strcmp(s->path, path) == 0) {
-            return report_error(sources->report, include->place, EXIT_BAD_INPUT,
-                                "a file includes itself: %s",
-                                describe_chain(sources, include->place.source, path));
-        }
-    }
-    return depth <= SOURCE_DEEPEST + 1 ||
-           report_error(sources->report, include->place, EXIT_BAD_INPUT,
-                        "includes nested deeper than %d", SOURCE_DEEPEST);
 }
 
 static bool is_replaced(const char *key) {
@@ -202,9 +202,6 @@ static bool include_into(Sources *sources, Yaml *map, Yaml *include) {
                             yaml_describe(include, sources->report));
     }
     const char *path = source_resolve(sources, include->place.source, include->text);
-    if (!check_chain(sources, include, path)) {
-        return false;
-    }
     const Source *source = source_read(sources, path, include->place);
     Yaml *tree = source ? source_tree(sources, source) : NULL;
     if (!tree) {

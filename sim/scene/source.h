@@ -12,7 +12,7 @@
 #include "sim/scene/yaml.h"
 
 #define SOURCE_LARGEST (16 << 20) /* [byte] of one file */
-#define SOURCE_DEEPEST 8          /* includes within includes */
+#define SOURCE_DEEPEST 8          /* files within files */
 #define SOURCE_MOST 256           /* files of one scene */
 
 /* The files of one reading. */

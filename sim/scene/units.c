@@ -31,7 +31,8 @@ static const struct {
     {"N", "a force"},
     {"N/m", "a force per width"},
     {"N/m/angle", "a force per width and angle"},
-    {"N m", "a bending rigidity (force times length)"},
+    {"N m", "a bending rigidity"},
+    {"N m2", "the rigidity of a whole strip, not per width"},
     {"Pa", "a pressure"},
     {"kg/m2", "a weight per area"},
     {"kg/m3", "a density"},
@@ -133,22 +134,22 @@ static int dimension_find(const char *unit, size_t bytes) {
     return -1;
 }
 
-const char *units_name(const char *unit) {
+const char *units_wanted(const char *unit, char text[UNITS_WANTED_SIZE]) {
     int i = dimension_find(unit, strcspn(unit, "|"));
     ASSERT(i >= 0);
-    return dimensions[i].name;
-}
-
-/* "angle" is "rad" for people */
-static void unit_for_people(const char *unit, char *text, size_t size) {
-    size_t used = 0;
-    for (const char *p = unit; *p && *p != '|' && used + 4 < size;) {
+    size_t used = (size_t)snprintf(text, UNITS_WANTED_SIZE, "%s", dimensions[i].name);
+    if (!unit[0]) {
+        return text;
+    }
+    used += (size_t)snprintf(text + used, UNITS_WANTED_SIZE - used, " [");
+    for (const char *p = unit; *p && *p != '|';) {
         bool angle = strncmp(p, "angle", 5) == 0;
-        used +=
-            (size_t)snprintf(text + used, size - used, "%.*s", angle ? 3 : 1, angle ? "rad" : p);
+        used += (size_t)snprintf(text + used, UNITS_WANTED_SIZE - used, "%.*s", angle ? 3 : 1,
+                                 angle ? "rad" : p);
         p += angle ? 5 : 1;
     }
-    text[used] = '\0';
+    snprintf(text + used, UNITS_WANTED_SIZE - used, "]");
+    return text;
 }
 
 size_t units_read_number(const char *text, double *value) {
@@ -244,7 +245,7 @@ static double conversion(ut_unit *from, ut_unit *to) {
 
 static const char *describe_unit(ut_unit *unit) {
     for (size_t i = 0; i < DIMENSION_COUNT; i++) {
-        if (ut_are_convertible(unit, dimension_units[i])) {
+        if (conversion(unit, dimension_units[i]) != 0.0) {
             return dimensions[i].name;
         }
     }
@@ -253,18 +254,17 @@ static const char *describe_unit(ut_unit *unit) {
 
 static bool fail_unit(const char *unit_text, ut_unit *unit, const char *wanted,
                       UnitsProblem *problem) {
-    char si[32];
-    unit_for_people(wanted, si, sizeof si);
+    char want[UNITS_WANTED_SIZE];
+    units_wanted(wanted, want);
     if (unit) {
-        snprintf(problem->text, sizeof problem->text, "wants %s%s%s%s, but '%s' is %s",
-                 units_name(wanted), si[0] ? " [" : "", si, si[0] ? "]" : "", unit_text,
+        snprintf(problem->text, sizeof problem->text, "wants %s, but '%s' is %s", want, unit_text,
                  describe_unit(unit));
         return false;
     }
     const char *nearest = text_nearest(unit_text, common_units);
-    snprintf(problem->text, sizeof problem->text, "wants %s%s%s%s; '%.40s' is not a unit%s%s%s",
-             units_name(wanted), si[0] ? " [" : "", si, si[0] ? "]" : "", unit_text,
-             nearest ? "; did you mean '" : "", nearest ? nearest : "", nearest ? "'?" : "");
+    snprintf(problem->text, sizeof problem->text, "wants %s; '%.40s' is not a unit%s%s%s", want,
+             unit_text, nearest ? "; did you mean '" : "", nearest ? nearest : "",
+             nearest ? "'?" : "");
     return false;
 }
 
@@ -294,8 +294,9 @@ bool units_read(const char *text, const char *unit, double frame_seconds, double
     const char *rest;
     double number, factor = 1.0;
     if (!read_ratio(text, &number, &rest)) {
-        snprintf(problem->text, sizeof problem->text, "wants %s, found '%.60s'", units_name(unit),
-                 text);
+        char want[UNITS_WANTED_SIZE];
+        snprintf(problem->text, sizeof problem->text, "wants %s, found '%.60s'",
+                 units_wanted(unit, want), text);
         return false;
     }
     if (!system_get()) {

@@ -15,6 +15,7 @@
 #include <stddef.h>
 
 #define UNITS_PROBLEM_SIZE 256
+#define UNITS_WANTED_SIZE 80
 
 /* What went wrong: a phrase that follows "'key' ", such as "wants a length [m], found a time". */
 typedef struct UnitsProblem {
@@ -31,7 +32,7 @@ bool units_read(const char *text, const char *unit, double frame_seconds, double
  * Returns the bytes read, 0 when there is none; *value may be infinite for 1e999. */
 size_t units_read_number(const char *text, double *value);
 
-/* "a length" for "m", "a plain number" for "". */
-const char *units_name(const char *unit);
+/* Writes "a length [m]" for "m", "a plain number" for ""; returns `text`. */
+const char *units_wanted(const char *unit, char text[UNITS_WANTED_SIZE]);
 
 #endif

@@ -38,7 +38,9 @@ void yaml_append(Yaml *parent, const Yaml *key, Yaml *value) {
 
 const char *yaml_describe(const Yaml *value, Report *report) {
     if (value->kind != YAML_TEXT) {
-        return value->kind == YAML_MAP ? "a mapping" : "a list";
+        static const char *const kinds[2][2] = {{"an empty list", "a list"},
+                                                {"an empty mapping", "a mapping"}};
+        return kinds[value->kind == YAML_MAP][value->count > 0];
     }
     if (!value->text[0]) {
         return "nothing";

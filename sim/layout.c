@@ -1,0 +1,112 @@
+#include "sim/layout.h"
+
+#include <stdio.h>
+#include <string.h>
+
+StateHeader layout_header(const Sim *sim, Arena *arena) {
+    const Scene *scene = sim->scene;
+    StateCloth *cloths = arena_push(arena, StateCloth, scene->cloth_count);
+    for (int c = 0; c < scene->cloth_count; c++) {
+        const ClothDef *def = &scene->cloths[c];
+        snprintf(cloths[c].name, STATE_WORD_SIZE, "%s", def->name);
+        snprintf(cloths[c].fabric, STATE_WORD_SIZE, "%s", def->fabric.name);
+        snprintf(cloths[c].look, STATE_WORD_SIZE, "%s", def->look);
+        cloths[c].thickness = sim->system.cloths[c].material.thickness;
+    }
+    StateObstacle *obstacles = arena_push(arena, StateObstacle, scene->obstacle_count);
+    for (int o = 0; o < scene->obstacle_count; o++) {
+        const ObstacleDef *def = &scene->obstacles[o];
+        snprintf(obstacles[o].name, STATE_WORD_SIZE, "%s", def->name);
+        snprintf(obstacles[o].look, STATE_WORD_SIZE, "%s", def->look);
+        obstacles[o].solid = def->solid;
+    }
+    return (StateHeader){.program = "toile " TOILE_VERSION,
+                         .scene_path = scene->path,
+                         .scene_text = scene->text,
+                         .scene_hash = sim->hash,
+                         .film = scene->film,
+                         .cloth_count = scene->cloth_count,
+                         .cloths = cloths,
+                         .obstacle_count = scene->obstacle_count,
+                         .obstacles = obstacles};
+}
+
+/* running totals of nodes, triangles, loops over the cloths */
+static void fill_ranges(const System *system, int32_t *nodes, int32_t *triangles, int32_t *loops) {
+    for (int c = 0; c < system->cloth_count; c++) {
+        const Panel *p = &system->cloths[c].panel;
+        nodes[c + 1] = nodes[c] + p->node_count;
+        triangles[c + 1] = triangles[c] + p->triangle_count;
+        loops[c + 1] = loops[c] + p->loop_count;
+    }
+}
+
+static void fill_cloth(const System *system, int c, StateLayout *l, double *material, double *rest,
+                       int32_t *triangles, int32_t *lattice) {
+    const Cloth *cloth = &system->cloths[c];
+    const Panel *p = &cloth->panel;
+    int first = l->node_begin[c], first_triangle = l->triangle_begin[c];
+    int32_t shape[4] = {p->nu, p->nv, p->wrap, 0};
+    memcpy(lattice + 4 * c, shape, sizeof shape);
+    memcpy(material + 2 * first, p->material, 2 * (size_t)p->node_count * sizeof(double));
+    for (int i = 0; i < p->node_count; i++) {
+        vec3_store(rest + 3 * (first + i),
+                   pose_apply(cloth->def->pose, vec3_load(p->start + 3 * i)));
+    }
+    for (int k = 0; k < 3 * p->triangle_count; k++) {
+        triangles[3 * first_triangle + k] = first + p->triangles[k];
+    }
+}
+
+static void fill_outlines(const System *system, StateLayout *l, Arena *arena) {
+    int points = 0;
+    for (int c = 0; c < system->cloth_count; c++) {
+        const Panel *p = &system->cloths[c].panel;
+        points += p->outline_begin[p->loop_count];
+    }
+    double *outline = arena_push(arena, double, 2 * points);
+    int32_t *begin = arena_push(arena, int32_t, l->loop_count + 1);
+    int at = 0;
+    for (int c = 0; c < system->cloth_count; c++) {
+        const Panel *p = &system->cloths[c].panel;
+        int count = p->outline_begin[p->loop_count];
+        memcpy(outline + 2 * at, p->outline, 2 * (size_t)count * sizeof *outline);
+        for (int k = 0; k < p->loop_count; k++) {
+            begin[l->loop_begin[c] + k + 1] = at + p->outline_begin[k + 1];
+        }
+        at += count;
+    }
+    l->outline_count = points;
+    l->outline = outline;
+    l->outline_begin = begin;
+}
+
+StateLayout layout_make(const System *system, Arena *arena) {
+    int cloths = system->cloth_count;
+    int32_t *nodes = arena_push(arena, int32_t, cloths + 1);
+    int32_t *triangle_begin = arena_push(arena, int32_t, cloths + 1);
+    int32_t *loops = arena_push(arena, int32_t, cloths + 1);
+    fill_ranges(system, nodes, triangle_begin, loops);
+    StateLayout l = {.cloth_count = cloths,
+                     .node_count = nodes[cloths],
+                     .vertex_count = nodes[cloths],
+                     .triangle_count = triangle_begin[cloths],
+                     .node_begin = nodes,
+                     .vertex_begin = nodes,
+                     .triangle_begin = triangle_begin,
+                     .loop_begin = loops,
+                     .loop_count = loops[cloths]};
+    double *material = arena_push(arena, double, 2 * l.node_count);
+    double *rest = arena_push(arena, double, 3 * l.node_count);
+    int32_t *triangles = arena_push(arena, int32_t, 3 * l.triangle_count);
+    int32_t *lattice = arena_push(arena, int32_t, 4 * cloths);
+    for (int c = 0; c < cloths; c++) {
+        fill_cloth(system, c, &l, material, rest, triangles, lattice);
+    }
+    l.material = l.vertex_material = material;
+    l.rest = rest;
+    l.triangles = triangles;
+    l.lattice = lattice;
+    fill_outlines(system, &l, arena);
+    return l;
+}

@@ -1,0 +1,355 @@
+/* main.c: the program toile-sim: sim, check, fabrics, help, version. */
+#include <errno.h>
+#include <getopt.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "sim/base/parallel.h"
+#include "sim/base/progress.h"
+#include "sim/base/text.h"
+#include "sim/plan.h"
+#include "sim/scene/mesh_import.h"
+
+typedef struct Arguments {
+    const char *program, *output;
+    bool resume, force, json, quiet, effective;
+    int frames; /* simulate only so many; 0 = all */
+    SimOptions options;
+    ProgressKind progress;
+} Arguments;
+
+static void on_interrupt(int signal_number) {
+    (void)signal_number;
+    step_interrupted = 1;
+}
+
+static int fail(const Error *error) {
+    fprintf(stderr, "%s\n", error->text);
+    return error->code;
+}
+
+static int usage_error(const char *text, const char *word) {
+    fprintf(stderr, "toile: %s%s%s\nusage: toile help\n", text, word ? ": " : "", word ? word : "");
+    return EXIT_USAGE;
+}
+
+static void print_usage(FILE *out) {
+    fprintf(out, "usage: toile sim SCENE -o RUN   simulate a scene; writes RUN/run.states\n"
+                 "       toile check SCENE        validate, print the plan and its cost\n"
+                 "       toile fabrics [NAME]     list the fabrics, or show one\n"
+                 "       toile help scene         every key of the scene language\n"
+                 "       toile help models        cloth models and steppers\n"
+                 "       toile version            versions of toile and its libraries\n"
+                 "options: -o RUN  --resume  --force  --frames N  --threads N  --seed N  --json\n"
+                 "         --effective  --quiet  --progress auto|json|none\n");
+}
+
+static bool parse_number(const char *text, long least, long most, long *value) {
+    char *end;
+    errno = 0;
+    *value = strtol(text, &end, 10);
+    return *text && !*end && errno == 0 && *value >= least && *value <= most;
+}
+
+enum {
+    OPT_RESUME = 256,
+    OPT_FORCE,
+    OPT_FRAMES,
+    OPT_THREADS,
+    OPT_SEED,
+    OPT_JSON,
+    OPT_QUIET,
+    OPT_PROGRESS,
+    OPT_EFFECTIVE
+};
+
+static const struct option long_options[] = {
+    {"output", required_argument, NULL, 'o'},
+    {"resume", no_argument, NULL, OPT_RESUME},
+    {"force", no_argument, NULL, OPT_FORCE},
+    {"frames", required_argument, NULL, OPT_FRAMES},
+    {"threads", required_argument, NULL, OPT_THREADS},
+    {"seed", required_argument, NULL, OPT_SEED},
+    {"json", no_argument, NULL, OPT_JSON},
+    {"quiet", no_argument, NULL, OPT_QUIET},
+    {"progress", required_argument, NULL, OPT_PROGRESS},
+    {"effective", no_argument, NULL, OPT_EFFECTIVE},
+    {0},
+};
+
+static bool take_option(int option, Arguments *a) {
+    long number;
+    switch (option) {
+    case 'o':
+        a->output = optarg;
+        return true;
+    case OPT_RESUME:
+        return a->resume = true;
+    case OPT_FORCE:
+        return a->force = true;
+    case OPT_JSON:
+        return a->json = true;
+    case OPT_QUIET:
+        a->progress = PROGRESS_NONE;
+        return a->quiet = true;
+    case OPT_EFFECTIVE:
+        return a->effective = true;
+    case OPT_PROGRESS:
+        return progress_parse(optarg, &a->progress);
+    case OPT_FRAMES:
+        a->frames = parse_number(optarg, 1, 1 << 30, &number) ? (int)number : 0;
+        return a->frames > 0;
+    case OPT_THREADS:
+        a->options.threads = parse_number(optarg, 1, 1024, &number) ? (int)number : 0;
+        return a->options.threads > 0;
+    case OPT_SEED:
+        a->options.seed = parse_number(optarg, 0, 1L << 62, &number) ? (uint64_t)number : 0;
+        return parse_number(optarg, 0, 1L << 62, &number);
+    default:
+        return false;
+    }
+}
+
+static bool read_scene(const char *path, Arena *arena, Scene *scene, const Arguments *a,
+                       Error *error) {
+    const char *models[16] = {0}, *stepper_names[16] = {"auto"};
+    for (int i = 0; cloth_models[i]; i++) {
+        models[i] = cloth_models[i]->name;
+    }
+    for (int i = 0; steppers[i]; i++) {
+        stepper_names[i + 1] = steppers[i]->name;
+    }
+    SceneWords words = {.models = models, .steppers = stepper_names};
+    if (!scene_read(path, &words, arena, scene, error)) {
+        return false;
+    }
+    for (int i = 0; i < scene->warning_count && !a->quiet; i++) {
+        fprintf(stderr, "%s\n", scene->warnings[i]);
+    }
+    return true;
+}
+
+static int run_check(const char *path, const Arguments *a) {
+    Arena arena = {0};
+    Scene scene;
+    Error error = {0};
+    Sim *sim = arena_push(&arena, Sim, 1);
+    bool ok = read_scene(path, &arena, &scene, a, &error);
+    if (ok && a->effective) {
+        scene_print_effective(&scene, stdout);
+    } else if (ok) {
+        ok = sim_create(sim, &scene, &a->options, &error);
+        if (ok) {
+            plan_print(sim, stdout, a->json);
+            sim_destroy(sim);
+        }
+    }
+    arena_free(&arena);
+    return ok ? EXIT_OK : fail(&error);
+}
+
+/* The states file of a run, opened at its start, at its last whole frame, or not at all. */
+typedef enum Opened { OPENED, OPENED_COMPLETE, OPENED_ERROR } Opened;
+
+static Opened open_new(Sim *sim, const char *path, StateWriter **writer, Error *error) {
+    *writer = state_create(path, error);
+    if (!*writer) {
+        return OPENED_ERROR;
+    }
+    return sim_write_start(sim, *writer, error) && sim_write_frame(sim, *writer, error)
+               ? OPENED
+               : OPENED_ERROR;
+}
+
+static Opened open_run(Sim *sim, const char *path, int frames, const Arguments *a,
+                       StateWriter **writer, Error *error) {
+    if (a->force || access(path, F_OK) != 0) {
+        return open_new(sim, path, writer, error);
+    }
+    StateReader *reader = state_open(path, error);
+    if (!reader) {
+        size_t used = strlen(error->text);
+        snprintf(error->text + used, sizeof error->text - used, "\n(--force starts it anew)");
+        return OPENED_ERROR;
+    }
+    StateStatus status = state_refresh(reader);
+    int whole = state_frame_count(reader);
+    bool same = state_header(reader)->scene_hash == sim->hash &&
+                strcmp(state_header(reader)->program, "toile " TOILE_VERSION) == 0;
+    Opened result = OPENED_ERROR;
+    if (!same) {
+        error_set(error, EXIT_BAD_INPUT,
+                  "%s was made from another scene, seed or version (--force starts it anew)", path);
+    } else if (status == STATE_FINISHED && whole >= frames) {
+        result = OPENED_COMPLETE;
+    } else if (!a->resume && status != STATE_FINISHED) {
+        error_set(error, EXIT_BAD_INPUT,
+                  "%s holds %d of %d frames (--resume goes on, --force starts it anew)", path,
+                  whole, frames);
+    } else if (whole == 0) {
+        result = open_new(sim, path, writer, error);
+    } else if (sim_load_frame(sim, reader, whole - 1, error)) {
+        if (status == STATE_DAMAGED && !a->quiet) {
+            fprintf(stderr, "%s: %s; going on after them\n", path, state_damage(reader));
+        }
+        *writer = state_append(path, whole - 1, error);
+        result = *writer ? OPENED : OPENED_ERROR;
+    }
+    state_reader_close(reader);
+    return result;
+}
+
+static bool make_frames(Sim *sim, StateWriter *writer, int frames, const Arguments *a,
+                        Error *error) {
+    Progress progress = progress_start("sim", a->progress, sim->frame + 1, frames);
+    bool ok = true;
+    while (ok && sim->frame + 1 < frames) {
+        char detail[64];
+        ok = sim_advance(sim, error) && sim_write_frame(sim, writer, error);
+        snprintf(detail, sizeof detail, "t = %.3f s", sim->state.time);
+        if (ok) {
+            progress_show(&progress, sim->frame + 1, detail);
+        }
+    }
+    progress_end(&progress);
+    return ok && state_write_done(writer, "all frames were made", error);
+}
+
+static int finish_run(Sim *sim, const char *scene_path, const Arguments *a, bool ok,
+                      const Error *error) {
+    if (ok) {
+        if (!a->quiet || a->json) {
+            plan_print_summary(sim, a->json ? stdout : stderr, a->json);
+        }
+        return EXIT_OK;
+    }
+    if (error->code == EXIT_INTERRUPTED) {
+        fprintf(stderr, "toile: stopped after frame %d; go on with: toile sim %s -o %s --resume\n",
+                sim->frame, scene_path, a->output);
+        return EXIT_INTERRUPTED;
+    }
+    return fail(error);
+}
+
+static int run_sim(const char *scene_path, const Arguments *a) {
+    if (!a->output) {
+        return usage_error("sim needs -o RUN (a folder for run.states)", NULL);
+    }
+    Arena arena = {0};
+    Scene scene;
+    Error error = {0};
+    Sim *sim = arena_push(&arena, Sim, 1);
+    if (!read_scene(scene_path, &arena, &scene, a, &error) ||
+        !sim_create(sim, &scene, &a->options, &error)) {
+        arena_free(&arena);
+        return fail(&error);
+    }
+    if (mkdir(a->output, 0755) != 0 && errno != EEXIST) {
+        error_set_errno(&error, EXIT_IO, "cannot make the folder %s", a->output);
+    }
+    char *path = arena_alloc(&arena, strlen(a->output) + sizeof "/run.states");
+    sprintf(path, "%s/run.states", a->output);
+    int frames = scene.film.frame_count;
+    frames = a->frames > 0 && a->frames < frames ? a->frames : frames;
+    StateWriter *writer = NULL;
+    Opened opened = error.code ? OPENED_ERROR : open_run(sim, path, frames, a, &writer, &error);
+    bool ok = opened == OPENED && make_frames(sim, writer, frames, a, &error);
+    if (writer) {
+        ok = state_close(writer, &error) && ok;
+    }
+    int code;
+    if (opened == OPENED_COMPLETE) {
+        code = EXIT_OK;
+        if (!a->quiet) {
+            fprintf(stderr, "sim: %s is complete already\n", path);
+        }
+    } else {
+        code = finish_run(sim, scene_path, a, ok, &error);
+    }
+    sim_destroy(sim);
+    arena_free(&arena);
+    return code;
+}
+
+static int run_fabrics(const char *name, const Arguments *a) {
+    Error error = {0};
+    bool ok = name ? fabric_print(name, stdout, a->json, &error)
+                   : fabric_print_list(stdout, a->json, &error);
+    return ok ? EXIT_OK : fail(&error);
+}
+
+static int run_help(const char *topic) {
+    if (topic && strcmp(topic, "scene") == 0) {
+        scene_print_reference(stdout);
+    } else if (topic && strcmp(topic, "models") == 0) {
+        for (const ClothModel *const *model = cloth_models; *model; model++) {
+            printf("model    %-16s %s\n", (*model)->name, (*model)->about);
+        }
+        for (const Stepper *const *stepper = steppers; *stepper; stepper++) {
+            printf("stepper  %-16s %s\n", (*stepper)->name, (*stepper)->about);
+        }
+    } else if (topic) {
+        return usage_error("there is help for 'scene' and 'models', not for", topic);
+    } else {
+        print_usage(stdout);
+    }
+    return EXIT_OK;
+}
+
+static int run_version(void) {
+    printf("toile %s\n%s\n%s\n", TOILE_VERSION, factor_version(), mesh_import_version());
+    return EXIT_OK;
+}
+
+static int dispatch(const char *verb, const char *operand, int operand_count, const Arguments *a) {
+    static const char *const verbs[] = {"sim", "check", "fabrics", "help", "version", NULL};
+    int most = strcmp(verb, "version") == 0 ? 0 : 1;
+    if (operand_count > most) {
+        return usage_error("too many words after", verb);
+    }
+    bool needs_scene = strcmp(verb, "sim") == 0 || strcmp(verb, "check") == 0;
+    if (needs_scene && !operand) {
+        return usage_error("a scene file is missing after", verb);
+    }
+    if (strcmp(verb, "sim") == 0) {
+        return run_sim(operand, a);
+    }
+    if (strcmp(verb, "check") == 0) {
+        return run_check(operand, a);
+    }
+    if (strcmp(verb, "fabrics") == 0) {
+        return run_fabrics(operand, a);
+    }
+    if (strcmp(verb, "help") == 0) {
+        return run_help(operand);
+    }
+    if (strcmp(verb, "version") == 0) {
+        return run_version();
+    }
+    const char *near = text_nearest(verb, verbs);
+    fprintf(stderr, "toile: no verb '%s'%s%s%s\n", verb, near ? "; did you mean '" : "",
+            near ? near : "", near ? "'?" : "");
+    return EXIT_USAGE;
+}
+
+int main(int argc, char **argv) {
+    parallel_fix_environment(argv);
+    Arguments arguments = {.options = sim_options_default()};
+    struct sigaction action = {.sa_handler = on_interrupt};
+    sigaction(SIGINT, &action, NULL);
+    sigaction(SIGTERM, &action, NULL);
+    for (int option; (option = getopt_long(argc, argv, "o:", long_options, NULL)) != -1;) {
+        if (option == '?' || !take_option(option, &arguments)) {
+            return usage_error("wrong option or value", option == '?' ? NULL : argv[optind - 1]);
+        }
+    }
+    if (optind >= argc) {
+        print_usage(stderr);
+        return EXIT_USAGE;
+    }
+    const char *operand = optind + 1 < argc ? argv[optind + 1] : NULL;
+    return dispatch(argv[optind], operand, argc - optind - 2, &arguments);
+}

@@ -1,0 +1,216 @@
+#include "sim/model/bending.h"
+
+#include <math.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "sim/base/error.h"
+#include "sim/base/vec.h"
+
+typedef struct Term {
+    uint64_t key; /* row << 32 | column */
+    double value;
+} Term;
+
+static int compare_terms(const void *a, const void *b) {
+    const Term *x = a, *y = b;
+    return (x->key > y->key) - (x->key < y->key);
+}
+
+static double pair_value(const BendingEntry *a, const BendingEntry *b, const double w[4]) {
+    return w[0] * a->g11 * b->g11 + w[2] * a->g22 * b->g22 +
+           w[1] * (a->g11 * b->g22 + a->g22 * b->g11) + w[3] * a->g12 * b->g12;
+}
+
+static size_t count_terms(const BendingSamples *s) {
+    size_t count = 0;
+    for (int i = 0; i < s->sample_count; i++) {
+        size_t n = (size_t)(s->start[i + 1] - s->start[i]);
+        count += n * n;
+    }
+    return count;
+}
+
+static void fill_terms(const BendingSamples *s, Term *terms) {
+    for (int i = 0; i < s->sample_count; i++) {
+        for (int a = s->start[i]; a < s->start[i + 1]; a++) {
+            for (int b = s->start[i]; b < s->start[i + 1]; b++, terms++) {
+                const BendingEntry *ea = &s->entries[a], *eb = &s->entries[b];
+                terms->key = (uint64_t)ea->node << 32 | (uint32_t)eb->node;
+                terms->value = pair_value(ea, eb, s->weight[i]);
+            }
+        }
+    }
+}
+
+/* K by rows from sorted terms */
+static void compress(Bending *k, Term *terms, size_t count, Arena *arena) {
+    size_t entries = 0;
+    for (size_t t = 0; t < count; t++) {
+        entries += t == 0 || terms[t].key != terms[t - 1].key;
+    }
+    k->start = arena_push(arena, int, k->node_count + 1);
+    k->column = arena_push(arena, int, entries);
+    k->value = arena_push(arena, double, entries);
+    size_t at = 0;
+    for (size_t t = 0; t < count; t++) {
+        if (t == 0 || terms[t].key != terms[t - 1].key) {
+            k->column[at++] = (int)(terms[t].key & 0xffffffffu);
+            k->start[(terms[t].key >> 32) + 1]++;
+        }
+        k->value[at - 1] += terms[t].value;
+    }
+    for (int i = 0; i < k->node_count; i++) {
+        k->start[i + 1] += k->start[i];
+    }
+}
+
+static void create_rest(Bending *k, const BendingSamples *s, const double k0[2], Arena *arena) {
+    k->rest_samples = s;
+    k->rest_moment = (double(*)[2])arena_alloc(arena, sizeof(double[2]) * (size_t)s->sample_count);
+    for (int i = 0; i < s->sample_count; i++) {
+        const double *w = s->weight[i];
+        k->rest_moment[i][0] = w[0] * k0[0] + w[1] * k0[1];
+        k->rest_moment[i][1] = w[1] * k0[0] + w[2] * k0[1];
+        k->rest_energy += 0.5 * (k->rest_moment[i][0] * k0[0] + k->rest_moment[i][1] * k0[1]);
+    }
+}
+
+Bending bending_create(const BendingSamples *samples, int node_count, int solved_count,
+                       const double rest_curvature[2], Arena *arena) {
+    Bending k = {.node_count = node_count, .solved_count = solved_count};
+    size_t count = count_terms(samples);
+    Term *terms = malloc((count + 1) * sizeof *terms);
+    ASSERT(terms);
+    fill_terms(samples, terms);
+    qsort(terms, count, sizeof *terms, compare_terms);
+    compress(&k, terms, count, arena);
+    free(terms);
+    if (rest_curvature && (rest_curvature[0] != 0.0 || rest_curvature[1] != 0.0)) {
+        create_rest(&k, samples, rest_curvature, arena);
+    }
+    return k;
+}
+
+/* normal and bent direction of one sample with rest curvature */
+typedef struct RestState {
+    Vec3 f1, f2, normal, q; /* q = m11 k11 + m22 k22 */
+    double area_scale;      /* |F1 x F2| */
+} RestState;
+
+static RestState rest_state(const Bending *k, int sample, const double *x) {
+    const BendingSamples *s = k->rest_samples;
+    const double *m = k->rest_moment[sample];
+    RestState r = {0};
+    for (int e = s->start[sample]; e < s->start[sample + 1]; e++) {
+        const BendingEntry *entry = &s->entries[e];
+        Vec3 p = vec3_load(x + 3 * (size_t)entry->node);
+        r.f1 = vec3_axpy(r.f1, entry->f1, p);
+        r.f2 = vec3_axpy(r.f2, entry->f2, p);
+        r.q = vec3_axpy(r.q, m[0] * entry->g11 + m[1] * entry->g22, p);
+    }
+    Vec3 cross = vec3_cross(r.f1, r.f2);
+    r.area_scale = vec3_length(cross);
+    r.normal = vec3_unit(cross, vec3(0, 0, 0));
+    return r;
+}
+
+double bending_energy(const Bending *k, const double *x) {
+    double energy = k->rest_energy;
+    for (int i = 0; i < k->node_count; i++) {
+        double sum[3] = {0};
+        for (int e = k->start[i]; e < k->start[i + 1]; e++) {
+            const double *xj = x + 3 * (size_t)k->column[e];
+            for (int c = 0; c < 3; c++) {
+                sum[c] += k->value[e] * xj[c];
+            }
+        }
+        const double *xi = x + 3 * (size_t)i;
+        energy += 0.5 * (xi[0] * sum[0] + xi[1] * sum[1] + xi[2] * sum[2]);
+    }
+    for (int i = 0; k->rest_samples && i < k->rest_samples->sample_count; i++) {
+        RestState r = rest_state(k, i, x);
+        energy -= vec3_dot(r.normal, r.q);
+    }
+    return energy;
+}
+
+void bending_add_gradient(const Bending *k, const double *x, double *gradient) {
+    for (int i = 0; i < k->node_count; i++) {
+        double sum[3] = {0};
+        for (int e = k->start[i]; e < k->start[i + 1]; e++) {
+            const double *xj = x + 3 * (size_t)k->column[e];
+            for (int c = 0; c < 3; c++) {
+                sum[c] += k->value[e] * xj[c];
+            }
+        }
+        for (int c = 0; c < 3; c++) {
+            gradient[3 * (size_t)i + (size_t)c] += sum[c];
+        }
+    }
+    bending_add_rest_gradient(k, x, gradient);
+}
+
+void bending_add_rest_gradient(const Bending *k, const double *x, double *gradient) {
+    const BendingSamples *s = k->rest_samples;
+    for (int i = 0; s && i < s->sample_count; i++) {
+        const double *m = k->rest_moment[i];
+        RestState r = rest_state(k, i, x);
+        if (r.area_scale == 0.0) {
+            continue;
+        }
+        /* d(n . q) = n . dq + y . (dF1 x F2 + F1 x dF2),  y = (I - n n') q / |F1 x F2| */
+        Vec3 y = vec3_scale(1.0 / r.area_scale, vec3_axpy(r.q, -vec3_dot(r.normal, r.q), r.normal));
+        Vec3 by_f1 = vec3_cross(r.f2, y), by_f2 = vec3_cross(y, r.f1);
+        for (int e = s->start[i]; e < s->start[i + 1]; e++) {
+            const BendingEntry *entry = &s->entries[e];
+            Vec3 d = vec3_scale(m[0] * entry->g11 + m[1] * entry->g22, r.normal);
+            d = vec3_axpy(vec3_axpy(d, entry->f1, by_f1), entry->f2, by_f2);
+            double *out = gradient + 3 * (size_t)entry->node;
+            out[0] -= d.x, out[1] -= d.y, out[2] -= d.z;
+        }
+    }
+}
+
+static bool solved_lower(const Bending *k, int i, int e) {
+    return k->column[e] <= i && i < k->solved_count;
+}
+
+int bending_couple(const Bending *k, int *pairs) {
+    int count = 0;
+    for (int i = 0; i < k->solved_count; i++) {
+        for (int e = k->start[i]; e < k->start[i + 1]; e++) {
+            if (!solved_lower(k, i, e) || k->column[e] == i) {
+                continue;
+            }
+            if (pairs) {
+                pairs[2 * count] = i;
+                pairs[2 * count + 1] = k->column[e];
+            }
+            count++;
+        }
+    }
+    return count;
+}
+
+void bending_bind(Bending *k, const BlockMatrix *matrix, int first, Arena *arena) {
+    k->places = arena_push(arena, BlockPlace, k->start[k->node_count]);
+    for (int i = 0; i < k->solved_count; i++) {
+        for (int e = k->start[i]; e < k->start[i + 1]; e++) {
+            if (solved_lower(k, i, e)) {
+                k->places[e] = block_matrix_place(matrix, first + i, first + k->column[e]);
+            }
+        }
+    }
+}
+
+void bending_add_hessian(const Bending *k, double *values) {
+    for (int i = 0; i < k->solved_count; i++) {
+        for (int e = k->start[i]; e < k->start[i + 1]; e++) {
+            if (solved_lower(k, i, e)) {
+                block_add_diagonal(values, k->places[e], k->value[e]);
+            }
+        }
+    }
+}

@@ -1,0 +1,80 @@
+/* model.h: the door of the cloth models.
+ *
+ * A Cloth is one panel with its model. Its unknowns x are node positions (node_count x 3),
+ * followed by the positions of ghost nodes (ghost_count x 3), which a clamp moves and nobody
+ * solves for. All models stand in one const table; tests and --help loop over it. A new model
+ * is one new file and one line in models.c.
+ */
+#ifndef TOILE_MODEL_MODEL_H
+#define TOILE_MODEL_MODEL_H
+
+#include "sim/model/panel.h"
+#include "sim/model/sweep.h"
+#include "sim/solve/block_matrix.h"
+
+typedef struct ClothModel ClothModel;
+
+/* A ghost node continues a clamped border by one spacing: it lies at border + h * slope. */
+typedef struct Ghost {
+    int border;    /* node on the clamped border */
+    int side;      /* 0 left, 1 right, 2 bottom, 3 top; -1 on scattered nodes */
+    double out[2]; /* unit, out of the panel in material space */
+} Ghost;
+
+typedef struct Cloth {
+    const ClothModel *model;
+    const ClothDef *def;
+    Panel panel;
+    Material material;
+    int node_count, ghost_count;
+    const Ghost *ghosts;         /* (ghost_count) */
+    bool clamp[4];               /* lattice borders with prescribed slope */
+    double *mass;                /* [kg] (node_count) lumped */
+    int strain_count;            /* numbers in a stress state of add_hessian */
+    const SweepLattice *lattice; /* explicit sweep (first slot not set); NULL: none */
+    void *data;                  /* of the model */
+} Cloth;
+
+struct ClothModel {
+    const char *name, *about;
+    /* Fills mass, strain_count, lattice, data. Errors: EXIT_BAD_INPUT. */
+    bool (*create)(Cloth *cloth, Arena *arena, Error *error);
+    /* [J] stored in the cloth. x: ((node_count + ghost_count) x 3). */
+    double (*energy)(const Cloth *cloth, const double *x);
+    /* gradient += dE/dx [N]; (node_count + ghost_count) x 3. */
+    void (*add_gradient)(const Cloth *cloth, const double *x, double *gradient);
+    /* Only the part of dE/dx that the explicit sweep of `lattice` leaves out; NULL: nothing. */
+    void (*add_rest_gradient)(const Cloth *cloth, const double *x, double *gradient);
+    /* Stress per strain sample [N/m], as mixed-point Newton keeps it: stress = C strain(x);
+     * (strain_count). */
+    void (*stress)(const Cloth *cloth, const double *x, double *stress);
+    /* stress = C (strain(x_new) - quadratic part of strain in dx): the stress that the linear
+     * model predicted for x_new (solid_shell.md 3.2 step 5). dx like x; ghosts are zero. */
+    void (*predict_stress)(const Cloth *cloth, const double *x_new, const double *dx,
+                           double *stress);
+    /* Node pairs that the Hessian couples (2 ints each) appended to pairs; NULL: only counts. */
+    int (*couple)(const Cloth *cloth, int *pairs);
+    /* values += B'CB at x plus the geometric part of `stress` (all positive semidefinite when
+     * `definite`). `places` from bind_hessian. */
+    void (*add_hessian)(const Cloth *cloth, const double *x, const double *stress, bool definite,
+                        double *values);
+    /* Looks up the places of all blocks; node i of the cloth is node first + i of the matrix. */
+    void (*bind_hessian)(Cloth *cloth, const BlockMatrix *matrix, int first, Arena *arena);
+    /* [s] largest stable explicit step. */
+    double (*stable_step)(const Cloth *cloth);
+    /* History of accepted steps; NULL: the model has none. */
+    void (*commit)(Cloth *cloth, const double *x);
+};
+
+extern const ClothModel *const cloth_models[]; /* NULL-terminated */
+
+const ClothModel *cloth_model_find(const char *name); /* NULL when there is none */
+
+/* Makes panel, ghosts of clamped borders, and the model. `handles` are those of this cloth. */
+bool cloth_create(Cloth *cloth, const ClothDef *def, const HandleDef *handles, int handle_count,
+                  uint64_t seed, Arena *arena, Error *error);
+
+/* Start positions in the world: ((node_count + ghost_count) x 3). */
+void cloth_start(const Cloth *cloth, double *x);
+
+#endif

@@ -1,0 +1,123 @@
+#include <math.h>
+#include <string.h>
+
+#include "sim/model/mlpg.h"
+#include "sim/model/model.h"
+
+const ClothModel *const cloth_models[] = {
+    &cloth_model_mlpg,
+    NULL,
+};
+
+const ClothModel *cloth_model_find(const char *name) {
+    for (const ClothModel *const *model = cloth_models; *model; model++) {
+        if (strcmp((*model)->name, name) == 0) {
+            return *model;
+        }
+    }
+    return NULL;
+}
+
+/* lattice borders that some handle clamps as a whole */
+static void find_clamps(Cloth *cloth, const HandleDef *handles, int handle_count) {
+    for (int h = 0; h < handle_count; h++) {
+        RegionKind region = handles[h].region;
+        if (handles[h].kind != HANDLE_CLAMP) {
+            continue;
+        }
+        for (int side = 0; side < 4; side++) {
+            bool all = region == REGION_BORDER;
+            bool wrapped = cloth->panel.wrap && side < 2;
+            cloth->clamp[side] |= !wrapped && (all || region == (RegionKind)(REGION_LEFT + side));
+        }
+    }
+}
+
+static void lattice_ghosts(Cloth *cloth, Arena *arena) {
+    const Panel *p = &cloth->panel;
+    Ghost *ghosts = arena_push(arena, Ghost, 2 * (p->nu + p->nv));
+    static const double out[4][2] = {{-1, 0}, {1, 0}, {0, -1}, {0, 1}};
+    for (int side = 0; side < 4; side++) {
+        int count = side < 2 ? p->nv : p->nu;
+        for (int k = 0; cloth->clamp[side] && k < count; k++) {
+            int border = side < 2 ? k * p->nu + (side == 0 ? 0 : p->nu - 1)
+                                  : (side == 2 ? 0 : p->nv - 1) * p->nu + k;
+            ghosts[cloth->ghost_count++] = (Ghost){border, side, {out[side][0], out[side][1]}};
+        }
+    }
+    cloth->ghosts = ghosts;
+}
+
+/* one ghost for every border node that a clamp holds, along the mean of its two border sides;
+ * at the end of a clamped stretch along the clamped side alone */
+static void scattered_ghosts(Cloth *cloth, const HandleDef *handles, int handle_count,
+                             Arena *arena) {
+    const Panel *p = &cloth->panel;
+    int border = p->outline_begin[p->loop_count];
+    unsigned char *marks = arena_push(arena, unsigned char, p->node_count);
+    Ghost *ghosts = arena_push(arena, Ghost, border);
+    for (int h = 0; h < handle_count; h++) {
+        if (handles[h].kind == HANDLE_CLAMP) {
+            panel_select(p, &handles[h], marks);
+        }
+    }
+    for (int l = 0; l < p->loop_count; l++) {
+        int begin = p->outline_begin[l], count = p->outline_begin[l + 1] - begin;
+        for (int k = 0; k < count; k++) {
+            int node = begin + k;
+            int ends[3] = {begin + (k + count - 1) % count, node, begin + (k + 1) % count};
+            double out[2] = {0, 0};
+            for (int side = 0; marks[node] && side < 2; side++) {
+                const double *a = p->material + 2 * ends[side];
+                const double *b = p->material + 2 * ends[side + 1];
+                if (marks[ends[side]] && marks[ends[side + 1]]) {
+                    double length = hypot(b[0] - a[0], b[1] - a[1]);
+                    out[0] += (b[1] - a[1]) / length, out[1] -= (b[0] - a[0]) / length;
+                }
+            }
+            double size = hypot(out[0], out[1]);
+            if (size > 0.0) {
+                ghosts[cloth->ghost_count++] = (Ghost){node, -1, {out[0] / size, out[1] / size}};
+            }
+        }
+    }
+    cloth->ghosts = ghosts;
+}
+
+bool cloth_create(Cloth *cloth, const ClothDef *def, const HandleDef *handles, int handle_count,
+                  uint64_t seed, Arena *arena, Error *error) {
+    *cloth = (Cloth){.def = def, .model = cloth_model_find(def->model)};
+    if (!cloth->model) {
+        return error_set(error, EXIT_BAD_INPUT, "cloth '%s': no model is called '%s'", def->name,
+                         def->model);
+    }
+    if (!panel_create(def, seed, arena, &cloth->panel, error)) {
+        return false;
+    }
+    cloth->material = fabric_material(&def->fabric);
+    cloth->node_count = cloth->panel.node_count;
+    cloth->mass = arena_push(arena, double, cloth->node_count);
+    if (cloth->panel.nu > 0) {
+        find_clamps(cloth, handles, handle_count);
+        lattice_ghosts(cloth, arena);
+    } else {
+        scattered_ghosts(cloth, handles, handle_count, arena);
+    }
+    return cloth->model->create(cloth, arena, error);
+}
+
+void cloth_start(const Cloth *cloth, double *x) {
+    const Panel *p = &cloth->panel;
+    for (int i = 0; i < cloth->node_count; i++) {
+        vec3_store(x + 3 * i, pose_apply(cloth->def->pose, vec3_load(p->start + 3 * i)));
+    }
+    for (int g = 0; g < cloth->ghost_count; g++) {
+        const Ghost *ghost = &cloth->ghosts[g];
+        Vec3 border = vec3_load(p->start + 3 * ghost->border);
+        /* material axes in the panel's frame; on a sleeve only v-borders can be clamped */
+        Vec3 out = p->wrap ? vec3(0, 0, ghost->out[1]) : vec3(ghost->out[0], ghost->out[1], 0);
+        double h = ghost->side == 0 || ghost->side == 1 ? p->h1 : p->h2;
+        vec3_store(x + 3 * (cloth->node_count + g),
+                   pose_apply(cloth->def->pose, vec3_axpy(border, h, out)));
+    }
+}

@@ -1,0 +1,258 @@
+#include "sim/model/scatter.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "sim/base/hash.h"
+#include "sim/geom/delaunay.h"
+#include "sim/model/cells.h"
+
+#define BORDER_CLEARANCE 0.6 /* of the spacing: inner nodes stay that far from the border */
+#define RELAXATIONS 12       /* Lloyd steps: more hardly moves the nodes */
+#define ROUGHNESS 0.3        /* of the spacing: random shift before relaxing */
+#define MOST_NODES 4000000
+
+typedef struct Seeds {
+    double *points; /* (count x 2): border nodes loop after loop, then inner nodes */
+    int count, capacity;
+} Seeds;
+
+static void push(Seeds *s, double u, double v) {
+    if (s->count == s->capacity) {
+        s->capacity = s->capacity ? 2 * s->capacity : 1024;
+        double *grown = realloc(s->points, 2 * (size_t)s->capacity * sizeof *grown);
+        ASSERT(grown);
+        s->points = grown;
+    }
+    s->points[2 * s->count] = u;
+    s->points[2 * s->count++ + 1] = v;
+}
+
+static double wished_spacing(const ClothDef *def) {
+    if (def->spacing > 0.0) {
+        return def->spacing;
+    }
+    double extents[2];
+    shape_extents(&def->shape, extents);
+    return extents[0] / fmax(2.0, def->nodes[0] - 1.0);
+}
+
+int scatter_node_estimate(const ClothDef *def) {
+    double h = wished_spacing(def);
+    return (int)fmin(1e9, 1.2 * shape_area(&def->shape) / (h * h));
+}
+
+static void push_circle(Seeds *s, double radius, double spacing, double direction) {
+    int count = (int)fmax(8.0, round(2.0 * PI * radius / spacing));
+    for (int k = 0; k < count; k++) {
+        double angle = direction * 2.0 * PI * k / count;
+        push(s, radius * cos(angle), radius * sin(angle));
+    }
+}
+
+static void push_side(Seeds *s, const double *a, const double *b, double spacing) {
+    int count = (int)fmax(1.0, round(hypot(b[0] - a[0], b[1] - a[1]) / spacing));
+    for (int k = 0; k < count; k++) {
+        double t = (double)k / count;
+        push(s, a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1]));
+    }
+}
+
+/* border nodes; fills the panel's loops */
+static void make_border(const ClothDef *def, double h, Seeds *s, Panel *p, Arena *arena) {
+    const ShapeDef *shape = &def->shape;
+    double corners[8] = {0, 0, shape->width, 0, shape->width, shape->height, 0, shape->height};
+    int rectangle_begin[2] = {0, 4};
+    const double *outline = shape->kind == SHAPE_POLYGON ? shape->outline : corners;
+    const int *begin = shape->kind == SHAPE_POLYGON ? shape->loop_begin : rectangle_begin;
+    bool round_shape = shape->kind == SHAPE_DISC || shape->kind == SHAPE_ANNULUS;
+    p->loop_count = shape->kind == SHAPE_POLYGON   ? shape->loop_count
+                    : shape->kind == SHAPE_ANNULUS ? 2
+                                                   : 1;
+    p->outline_begin = arena_push(arena, int, p->loop_count + 1);
+    for (int l = 0; l < p->loop_count; l++) {
+        if (round_shape) {
+            push_circle(s, l == 0 ? shape->radius : shape->inner_radius, h, l == 0 ? 1.0 : -1.0);
+        } else {
+            for (int i = begin[l]; i < begin[l + 1]; i++) {
+                int next = i + 1 < begin[l + 1] ? i + 1 : begin[l];
+                push_side(s, outline + 2 * i, outline + 2 * next, h);
+            }
+        }
+        p->outline_begin[l + 1] = s->count;
+    }
+    p->outline = arena_push(arena, double, 2 * s->count);
+    memcpy(p->outline, s->points, 2 * (size_t)s->count * sizeof(double));
+}
+
+/* inner nodes: a jittered square lattice, or a roughened triangular one to be relaxed */
+static void make_inside(const ClothDef *def, double h, uint64_t seed, const Panel *p, Seeds *s) {
+    bool square = def->jitter > 0.0;
+    double row = square ? h : 0.5 * sqrt(3.0) * h, rough = square ? def->jitter : ROUGHNESS;
+    double low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
+    int border = s->count;
+    for (int i = 0; i < 2 * border; i++) {
+        low[i % 2] = fmin(low[i % 2], p->outline[i]);
+        high[i % 2] = fmax(high[i % 2], p->outline[i]);
+    }
+    int rows = (int)((high[1] - low[1]) / row) + 2, columns = (int)((high[0] - low[0]) / h) + 2;
+    uint64_t number = 0;
+    for (int j = 0; j < rows; j++) {
+        for (int i = 0; i < columns; i++, number += 2) {
+            double shift = square || j % 2 == 0 ? 0.0 : 0.5 * h;
+            double point[2] = {low[0] + i * h + shift, low[1] + j * row};
+            bool inside = loops_contain(p->outline, p->outline_begin, p->loop_count, point) &&
+                          loops_distance(p->outline, p->outline_begin, p->loop_count, point) >
+                              BORDER_CLEARANCE * h;
+            if (inside) {
+                push(s, point[0] + rough * h * hash_random(seed, number),
+                     point[1] + rough * h * hash_random(seed, number + 1));
+            }
+        }
+    }
+}
+
+/* triangles whose centroid is inside the panel */
+static bool triangulate(const Seeds *s, const Panel *p, Arena *arena, int **triangles, int *count) {
+    int all;
+    if (!delaunay_triangulate(s->points, s->count, arena, triangles, &all)) {
+        return false;
+    }
+    *count = 0;
+    for (int t = 0; t < all; t++) {
+        const int *n = *triangles + 3 * t;
+        double centroid[2], *x = s->points;
+        for (int c = 0; c < 2; c++) {
+            centroid[c] = (x[2 * n[0] + c] + x[2 * n[1] + c] + x[2 * n[2] + c]) / 3.0;
+        }
+        if (loops_contain(p->outline, p->outline_begin, p->loop_count, centroid)) {
+            memmove(*triangles + 3 * (*count)++, n, 3 * sizeof *n);
+        }
+    }
+    return true;
+}
+
+/* one Lloyd step: every inner node moves to the centroid of its triangles' area */
+static bool lloyd_step(Seeds *s, const Panel *p, int border) {
+    Arena scratch = {0};
+    int *triangles, count;
+    bool ok = triangulate(s, p, &scratch, &triangles, &count);
+    double *sum = arena_push(&scratch, double, 3 * s->count);
+    for (int t = 0; ok && t < count; t++) {
+        const int *n = triangles + 3 * t;
+        const double *a = s->points + 2 * n[0], *b = s->points + 2 * n[1],
+                     *c = s->points + 2 * n[2];
+        double area = 0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]));
+        for (int k = 0; k < 3; k++) {
+            sum[3 * n[k]] += area * (a[0] + b[0] + c[0]) / 3.0;
+            sum[3 * n[k] + 1] += area * (a[1] + b[1] + c[1]) / 3.0;
+            sum[3 * n[k] + 2] += area;
+        }
+    }
+    for (int i = border; ok && i < s->count; i++) {
+        if (sum[3 * i + 2] > 0.0) {
+            s->points[2 * i] = sum[3 * i] / sum[3 * i + 2];
+            s->points[2 * i + 1] = sum[3 * i + 1] / sum[3 * i + 2];
+        }
+    }
+    arena_free(&scratch);
+    return ok;
+}
+
+static void place_nodes(const ClothDef *def, const Seeds *s, Panel *p, Arena *arena) {
+    p->node_count = s->count;
+    p->material = arena_push(arena, double, 2 * s->count);
+    p->start = arena_push(arena, double, 3 * s->count);
+    memcpy(p->material, s->points, 2 * (size_t)s->count * sizeof(double));
+    bool corner_origin = def->shape.kind == SHAPE_RECTANGLE;
+    double centre[2] = {corner_origin ? 0.5 * def->shape.width : 0.0,
+                        corner_origin ? 0.5 * def->shape.height : 0.0};
+    for (int i = 0; i < s->count; i++) {
+        p->start[3 * i] = p->material[2 * i] - centre[0];
+        p->start[3 * i + 1] = p->material[2 * i + 1] - centre[1];
+    }
+    p->rest_curvature[0] = def->shape.rest_curvature[0];
+    p->rest_curvature[1] = def->shape.rest_curvature[1];
+}
+
+/* does the mesh fill the outline? */
+static bool check_area(const ClothDef *def, Panel *p, Arena *arena, Error *error) {
+    double outline = loops_area(p->outline, p->outline_begin, p->loop_count), sum = 0.0;
+    Cells cells = cells_create(p, arena);
+    bool positive = true;
+    for (int i = 0; i < p->node_count; i++) {
+        sum += cells.area[i];
+        positive = positive && cells.area[i] > 0.0;
+    }
+    p->area = cells.area;
+    if (!positive || fabs(sum - outline) > 1e-9 * outline) {
+        return error_set(error, EXIT_BAD_INPUT,
+                         "cloth '%s': the outline cannot be filled at a spacing of %.3g m; try a "
+                         "smaller one",
+                         def->name, p->h1);
+    }
+    return true;
+}
+
+bool scatter_create(const ClothDef *def, uint64_t seed, Arena *arena, Panel *p, Error *error) {
+    Seeds s = {0};
+    double h = wished_spacing(def);
+    p->h1 = p->h2 = h;
+    if (scatter_node_estimate(def) > MOST_NODES) {
+        return error_set(error, EXIT_BAD_INPUT, "cloth '%s': more than %d nodes", def->name,
+                         MOST_NODES);
+    }
+    make_border(def, h, &s, p, arena);
+    int border = s.count;
+    make_inside(def, h, seed, p, &s);
+    bool ok = true;
+    for (int k = 0; ok && k < RELAXATIONS && def->jitter <= 0.0; k++) {
+        ok = lloyd_step(&s, p, border);
+    }
+    ok = ok && triangulate(&s, p, arena, &p->triangles, &p->triangle_count);
+    if (ok) {
+        place_nodes(def, &s, p, arena);
+        ok = check_area(def, p, arena, error);
+    } else {
+        error_set(error, EXIT_BAD_INPUT, "cloth '%s': the outline encloses no area", def->name);
+    }
+    free(s.points);
+    return ok;
+}
+
+bool scatter_in_region(const Panel *p, RegionKind region, int node) {
+    int outer = p->outline_begin[1], border = p->outline_begin[p->loop_count];
+    double low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
+    for (int i = 0; i < 2 * outer; i++) {
+        low[i % 2] = fmin(low[i % 2], p->outline[i]);
+        high[i % 2] = fmax(high[i % 2], p->outline[i]);
+    }
+    const double *x = p->material + 2 * (size_t)node;
+    double close = 1e-6 * p->h1;
+    bool at[4] = {x[0]<low[0] + close, x[0]> high[0] - close,
+                  x[1]<low[1] + close, x[1]> high[1] - close};
+    switch (region) {
+    case REGION_BORDER:
+        return node < outer;
+    case REGION_INNER:
+        return node >= outer && node < border;
+    case REGION_MIDLINE:
+        return fabs(x[1] - 0.5 * (low[1] + high[1])) < 0.5 * p->h1;
+    case REGION_LEFT:
+    case REGION_RIGHT:
+    case REGION_BOTTOM:
+    case REGION_TOP:
+        return node < outer && at[region - REGION_LEFT];
+    case REGION_BOTTOM_LEFT:
+        return node < outer && at[2] && at[0];
+    case REGION_BOTTOM_RIGHT:
+        return node < outer && at[2] && at[1];
+    case REGION_TOP_LEFT:
+        return node < outer && at[3] && at[0];
+    case REGION_TOP_RIGHT:
+        return node < outer && at[3] && at[1];
+    default:
+        return false;
+    }
+}

@@ -1,0 +1,55 @@
+#include "sim/model/sweep.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+extern const SweepKernel sweep_kernel_scalar, sweep_kernel_sse2, sweep_kernel_avx2,
+    sweep_kernel_avx512;
+
+const SweepKernel *const sweep_kernels[] = {&sweep_kernel_scalar, &sweep_kernel_sse2,
+                                            &sweep_kernel_avx2, &sweep_kernel_avx512, NULL};
+
+bool sweep_kernel_runs_here(const SweepKernel *kernel) {
+    if (kernel == &sweep_kernel_avx512) {
+        return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+               __builtin_cpu_supports("avx512vl");
+    }
+    return kernel != &sweep_kernel_avx2 || __builtin_cpu_supports("avx2");
+}
+
+const SweepKernel *sweep_kernel_best(void) {
+    const char *wanted = getenv("TOILE_SWEEP");
+    const SweepKernel *best = sweep_kernels[0];
+    for (const SweepKernel *const *kernel = sweep_kernels; *kernel; kernel++) {
+        if (!sweep_kernel_runs_here(*kernel)) {
+            continue;
+        }
+        best = *kernel;
+        if (wanted && strcmp(wanted, best->name) == 0) {
+            return best;
+        }
+    }
+    return best;
+}
+
+void sweep_wrap_rows(const SweepLattice *l, double *const x[3]) {
+    if (!l->wrap) {
+        return;
+    }
+    for (int c = 0; c < 3; c++) {
+        for (int j = 0; j < l->nv; j++) {
+            double *row = x[c] + l->first + (ptrdiff_t)j * l->stride;
+            row[-2] = row[l->nu - 2], row[-1] = row[l->nu - 1];
+            row[l->nu] = row[0], row[l->nu + 1] = row[1];
+        }
+    }
+}
+
+double sweep_stable_step(const SweepLattice *l, double density) {
+    double h1 = l->h1 * l->h1, h2 = l->h2 * l->h2;
+    double membrane = fmax(l->c11 / h1, l->c22 / h2);
+    double bending =
+        4.0 * (l->d11 / (h1 * h1) + l->d22 / (h2 * h2) + (2.0 * l->d12 + 4.0 * l->d66) / (h1 * h2));
+    return sqrt(density / (membrane + bending));
+}

@@ -1,0 +1,61 @@
+/* sweep.h: the explicit step of a lattice cloth in one pass over its rows.
+ *
+ * Forces of the low-order membrane (one sample per cell, with bounded hourglass) and of the
+ * 13-point quadratic bending, and the kick v += dt f / m, row by row with a few row buffers.
+ * Every operation is elementwise along a row, so the bits do not depend on the vector width,
+ * nor on how the rows are dealt to threads. Formulas: mlpg.h.
+ */
+#ifndef TOILE_MODEL_SWEEP_H
+#define TOILE_MODEL_SWEEP_H
+
+#include <stdbool.h>
+
+#include "sim/base/vec.h"
+#include "sim/geom/lanes.h"
+
+/* One lattice and its constants; shared by all variants. */
+typedef struct SweepLattice {
+    int nu, nv, stride;
+    int first;                 /* slot of node (0, 0) */
+    bool wrap;                 /* u runs around */
+    bool clamp[4];             /* left, right, bottom, top: ghost nodes outside hold the slope */
+    double h1, h2;             /* [m] spacing along u, v */
+    double c11, c12, c22, c66; /* [N/m] membrane */
+    double d11, d12, d22, d66; /* [N m] bending */
+    double hourglass;          /* [N/m] k_h */
+} SweepLattice;
+
+/* What one kick does besides the forces: v <- (v + dt (f / m + push)) * keep. */
+typedef struct SweepKick {
+    double dt;   /* [s]; v += dt f / m */
+    Vec3 push;   /* [m/s2] gravity and wind drag */
+    double keep; /* 1 / (1 + dt * (damping + drag / density)) */
+} SweepKick;
+
+/* Row buffers for one thread; (SWEEP_BUFFER_ROWS x stride). */
+#define SWEEP_BUFFER_ROWS 48
+
+typedef struct SweepKernel {
+    const char *name; /* scalar, sse2, avx2, avx512 */
+    /* Kicks the nodes of rows row_begin .. row_end - 1. Reads x everywhere, writes only v. */
+    void (*kick)(const SweepLattice *lattice, const Lanes *lanes, const SweepKick *kick,
+                 int row_begin, int row_end, double *buffer);
+    /* x += dt v for those rows; returns the largest v.v [m2/s2]. */
+    double (*drift)(const SweepLattice *lattice, const Lanes *lanes, double dt, int row_begin,
+                    int row_end);
+} SweepKernel;
+
+/* All variants that this program holds, NULL-terminated; the scalar one first. */
+extern const SweepKernel *const sweep_kernels[];
+
+bool sweep_kernel_runs_here(const SweepKernel *kernel); /* does the processor know it? */
+const SweepKernel *sweep_kernel_best(void);             /* the one to use; TOILE_SWEEP overrides */
+
+/* Copies the first and last two nodes of every row of a wrapped lattice outside. */
+void sweep_wrap_rows(const SweepLattice *lattice, double *const x[3]);
+
+/* [s] stability limit: 1 / sqrt(1/d1^2 + 1/d2^2) of the membrane and bending limits
+ * (explicit.md 2), for `density` [kg/m2]. */
+double sweep_stable_step(const SweepLattice *lattice, double density);
+
+#endif

@@ -1,0 +1,311 @@
+/* sweep_kernel.c: the row loops of sweep.h. Compiled once per vector width (see the Makefile):
+ * SWEEP_VARIANT names the variant, SWEEP_SIMD asks for vector code.
+ *
+ * Letters (mlpg.h): F1, F2 slopes of a cell, k its twist, P1, P2 membrane force along the cell's
+ * edges, S = P1 - Q and T = P1 + Q with Q the twist force; m11, m22 bending moments at nodes. */
+#include <stddef.h>
+
+#include "sim/model/sweep.h"
+
+#ifdef SWEEP_SIMD
+#define ROW_LOOP _Pragma("omp simd")
+#else
+#define ROW_LOOP
+#endif
+
+#define JOIN_(a, b) a##b
+#define JOIN(a, b) JOIN_(a, b)
+#define TEXT_(a) #a
+#define TEXT(a) TEXT_(a)
+
+/* membrane forces of one row of cells */
+typedef struct CellRow {
+    double *s[3], *t[3], *p2[3];
+} CellRow;
+
+typedef struct Rows {
+    CellRow cells[2];    /* below and above the node row at work */
+    double *m11[2][3];   /* node rows j, j + 1 */
+    double *m22[3][3];   /* node rows j - 1, j, j + 1 */
+    double *spare[2][3]; /* m11, m22 of a border row whose m22 belongs to the next row */
+    double *force[3];
+} Rows;
+
+static void rows_bind(Rows *rows, double *buffer, int stride) {
+    double *next = buffer + LANE_MARGIN;
+    for (int c = 0; c < 3; c++) {
+        for (int side = 0; side < 2; side++) {
+            rows->cells[side].s[c] = next, next += stride;
+            rows->cells[side].t[c] = next, next += stride;
+            rows->cells[side].p2[c] = next, next += stride;
+        }
+        for (int k = 0; k < 2; k++) {
+            rows->m11[k][c] = next, next += stride;
+            rows->spare[k][c] = next, next += stride;
+        }
+        for (int k = 0; k < 3; k++) {
+            rows->m22[k][c] = next, next += stride;
+        }
+        rows->force[c] = next, next += stride;
+    }
+}
+
+static void fill_zero(double *const row[3], int begin, int end) {
+    for (int c = 0; c < 3; c++) {
+        double *restrict out = row[c];
+        for (int i = begin; i < end; i++) {
+            out[i] = 0.0;
+        }
+    }
+}
+
+/* cells between node rows j and j + 1 */
+static void cell_row(const SweepLattice *l, const Lanes *lanes, int j, CellRow *cells) {
+    int cell_count = l->wrap ? l->nu : l->nu - 1;
+    size_t at = (size_t)l->first + (size_t)j * (size_t)l->stride;
+    const double *restrict xa = lanes->x[0] + at, *restrict ya = lanes->x[1] + at;
+    const double *restrict za = lanes->x[2] + at;
+    const double *restrict xb = xa + l->stride, *restrict yb = ya + l->stride;
+    const double *restrict zb = za + l->stride;
+    double *restrict sx = cells->s[0], *restrict sy = cells->s[1], *restrict sz = cells->s[2];
+    double *restrict tx = cells->t[0], *restrict ty = cells->t[1], *restrict tz = cells->t[2];
+    double *restrict px = cells->p2[0], *restrict py = cells->p2[1], *restrict pz = cells->p2[2];
+    double area = l->h1 * l->h2;
+    double to_f1 = 0.5 / l->h1, to_f2 = 0.5 / l->h2, to_k = 1.0 / area;
+    double to_p1 = area * to_f1, to_p2 = area * to_f2;
+    double c11 = l->c11, c12 = l->c12, c22 = l->c22, c66 = l->c66;
+    double twist = 4.0 * l->d66, glass = l->hourglass * area / 12.0;
+    ROW_LOOP
+    for (int i = 0; i < cell_count; i++) {
+        double ex = xa[i + 1] - xa[i], ey = ya[i + 1] - ya[i], ez = za[i + 1] - za[i];
+        double gx = xb[i + 1] - xb[i], gy = yb[i + 1] - yb[i], gz = zb[i + 1] - zb[i];
+        double f1x = to_f1 * (ex + gx), f1y = to_f1 * (ey + gy), f1z = to_f1 * (ez + gz);
+        double kx = to_k * (gx - ex), ky = to_k * (gy - ey), kz = to_k * (gz - ez);
+        double f2x = to_f2 * ((xb[i] - xa[i]) + (xb[i + 1] - xa[i + 1]));
+        double f2y = to_f2 * ((yb[i] - ya[i]) + (yb[i + 1] - ya[i + 1]));
+        double f2z = to_f2 * ((zb[i] - za[i]) + (zb[i + 1] - za[i + 1]));
+        double e1 = 0.5 * (f1x * f1x + f1y * f1y + f1z * f1z - 1.0);
+        double e2 = 0.5 * (f2x * f2x + f2y * f2y + f2z * f2z - 1.0);
+        double s12 = c66 * (f1x * f2x + f1y * f2y + f1z * f2z);
+        double s1 = c11 * e1 + c12 * e2, s2 = c12 * e1 + c22 * e2;
+        double t1 = glass * (f1x * kx + f1y * ky + f1z * kz);
+        double t2 = glass * (f2x * kx + f2y * ky + f2z * kz);
+        double p1x = to_p1 * (s1 * f1x + s12 * f2x + t1 * kx);
+        double p1y = to_p1 * (s1 * f1y + s12 * f2y + t1 * ky);
+        double p1z = to_p1 * (s1 * f1z + s12 * f2z + t1 * kz);
+        double qx = t1 * f1x + t2 * f2x + twist * kx;
+        double qy = t1 * f1y + t2 * f2y + twist * ky;
+        double qz = t1 * f1z + t2 * f2z + twist * kz;
+        px[i] = to_p2 * (s2 * f2x + s12 * f1x + t2 * kx);
+        py[i] = to_p2 * (s2 * f2y + s12 * f1y + t2 * ky);
+        pz[i] = to_p2 * (s2 * f2z + s12 * f1z + t2 * kz);
+        sx[i] = p1x - qx, sy[i] = p1y - qy, sz[i] = p1z - qz;
+        tx[i] = p1x + qx, ty[i] = p1y + qy, tz[i] = p1z + qz;
+    }
+    for (int c = 0; c < 3; c++) {
+        int last = l->nu - 1;
+        cells->s[c][-1] = l->wrap ? cells->s[c][last] : 0.0;
+        cells->t[c][-1] = l->wrap ? cells->t[c][last] : 0.0;
+        cells->p2[c][-1] = l->wrap ? cells->p2[c][last] : 0.0;
+        if (!l->wrap) {
+            cells->s[c][last] = cells->t[c][last] = cells->p2[c][last] = 0.0;
+        }
+    }
+}
+
+/* index of the node whose second difference stands for the curvature at `at`: itself, or the
+ * next inner node on a free border; *scale 2 on a clamped border (half a spacing to the wall) */
+static int curvature_centre(int at, int count, bool clamp_low, bool clamp_high, double *scale) {
+    *scale = 1.0;
+    if (at == 0) {
+        *scale = clamp_low ? 2.0 : 1.0;
+        return clamp_low ? 0 : 1;
+    }
+    if (at == count - 1) {
+        *scale = clamp_high ? 2.0 : 1.0;
+        return clamp_high ? count - 1 : count - 2;
+    }
+    return at;
+}
+
+/* moments of one component of node row j: m11 folded to its centres, m22 added to *m22 */
+static void moment_component(const SweepLattice *l, const double *x, int j, double *restrict m11,
+                             double *restrict m22) {
+    double scale2, scale1;
+    int centre2 = curvature_centre(j, l->nv, l->clamp[2], l->clamp[3], &scale2);
+    const double *restrict row = x + (ptrdiff_t)j * l->stride;
+    const double *restrict mid = x + (ptrdiff_t)centre2 * l->stride;
+    const double *restrict low = mid - l->stride, *restrict high = mid + l->stride;
+    double to_k1 = 1.0 / (l->h1 * l->h1), to_k2 = scale2 / (l->h2 * l->h2);
+    double w = l->h1 * l->h2 * (j == 0 || j == l->nv - 1 ? 0.5 : 1.0);
+    double w11 = w * l->d11, w12 = w * l->d12, w22 = w * l->d22 * scale2, w21 = w12 * scale2;
+    ROW_LOOP
+    for (int i = 0; i < l->nu; i++) {
+        double k11 = to_k1 * ((row[i - 1] - row[i]) + (row[i + 1] - row[i]));
+        double k22 = to_k2 * ((low[i] - mid[i]) + (high[i] - mid[i]));
+        m11[i] = w11 * k11 + w12 * k22;
+        m22[i] = w22 * k22 + w21 * k11;
+    }
+    if (l->wrap) {
+        m11[-1] = m11[l->nu - 1];
+        m11[l->nu] = m11[0];
+        return;
+    }
+    /* borders in u have half a cell, and their curvature from the next inner node */
+    double edge11[2];
+    for (int side = 0; side < 2; side++) {
+        int i = side == 0 ? 0 : l->nu - 1;
+        int c = curvature_centre(i, l->nu, l->clamp[0], l->clamp[1], &scale1);
+        double k11 = scale1 * to_k1 * ((row[c - 1] - row[c]) + (row[c + 1] - row[c]));
+        double k22 = to_k2 * ((low[i] - mid[i]) + (high[i] - mid[i]));
+        edge11[side] = 0.5 * scale1 * (w11 * k11 + w12 * k22);
+        m22[i] = 0.5 * (w22 * k22 + w21 * k11);
+        m11[i] = 0.0;
+    }
+    for (int side = 0; side < 2; side++) {
+        int i = side == 0 ? 0 : l->nu - 1;
+        m11[curvature_centre(i, l->nu, l->clamp[0], l->clamp[1], &scale1)] += edge11[side];
+    }
+    m11[-1] = m11[l->nu] = 0.0;
+}
+
+static bool own_centre(const SweepLattice *l, int j) {
+    double scale;
+    return curvature_centre(j, l->nv, l->clamp[2], l->clamp[3], &scale) == j;
+}
+
+/* m11 of node row j, and m22 gathered at it: its own unless its centre is the next inner row,
+ * plus that of a border row whose centre it is */
+static void moment_row(const SweepLattice *l, const Lanes *lanes, int j, const Rows *rows,
+                       double *const m11[3], double *const m22[3]) {
+    if (j < 0 || j >= l->nv) {
+        fill_zero(m22, 0, l->nu);
+        return;
+    }
+    for (int c = 0; c < 3; c++) {
+        const double *x = lanes->x[c] + l->first;
+        moment_component(l, x, j, m11[c], m22[c]);
+    }
+    if (!own_centre(l, j)) {
+        fill_zero(m22, 0, l->nu);
+        return;
+    }
+    for (int side = 0; side < 2; side++) {
+        int border = side == 0 ? 0 : l->nv - 1, next = side == 0 ? 1 : l->nv - 2;
+        if (j != next || own_centre(l, border)) {
+            continue;
+        }
+        for (int c = 0; c < 3; c++) {
+            moment_component(l, lanes->x[c] + l->first, border, rows->spare[0][c],
+                             rows->spare[1][c]);
+            double *restrict sum = m22[c];
+            const double *restrict add = rows->spare[1][c];
+            ROW_LOOP
+            for (int i = 0; i < l->nu; i++) {
+                sum[i] += add[i];
+            }
+        }
+    }
+}
+
+static void gather_force(const SweepLattice *l, const Rows *rows, const CellRow *below,
+                         const CellRow *above, int c) {
+    const double *restrict sa = above->s[c], *restrict pa = above->p2[c];
+    const double *restrict tb = below->t[c], *restrict pb = below->p2[c];
+    const double *restrict m11 = rows->m11[0][c], *restrict low = rows->m22[0][c];
+    const double *restrict mid = rows->m22[1][c], *restrict high = rows->m22[2][c];
+    double *restrict force = rows->force[c];
+    double to_f1 = 1.0 / (l->h1 * l->h1), to_f2 = 1.0 / (l->h2 * l->h2);
+    ROW_LOOP
+    for (int i = 0; i < l->nu; i++) {
+        double membrane =
+            (pa[i] + pa[i - 1]) + (sa[i] - sa[i - 1]) + (tb[i] - tb[i - 1]) - (pb[i] + pb[i - 1]);
+        double bend1 = to_f1 * ((m11[i - 1] - m11[i]) + (m11[i + 1] - m11[i]));
+        double bend2 = to_f2 * ((low[i] - mid[i]) + (high[i] - mid[i]));
+        force[i] = membrane - bend1 - bend2;
+    }
+}
+
+static void kick_row(const SweepLattice *l, const Lanes *lanes, const SweepKick *kick, int j,
+                     const double *row_force, int c) {
+    size_t at = (size_t)l->first + (size_t)j * (size_t)l->stride;
+    double *restrict v = lanes->v[c] + at;
+    const double *restrict outside = lanes->f[c] + at, *restrict weight = lanes->weight + at;
+    const double *restrict force = row_force;
+    double dt = kick->dt, keep = kick->keep;
+    double push = dt * (c == 0 ? kick->push.x : c == 1 ? kick->push.y : kick->push.z);
+    ROW_LOOP
+    for (int i = 0; i < l->nu; i++) {
+        v[i] = (v[i] + (dt * weight[i] * (force[i] + outside[i]) + push)) * keep;
+    }
+}
+
+static void rotate_moments(Rows *rows) {
+    for (int c = 0; c < 3; c++) {
+        double *oldest = rows->m22[0][c], *done = rows->m11[0][c];
+        rows->m22[0][c] = rows->m22[1][c];
+        rows->m22[1][c] = rows->m22[2][c];
+        rows->m22[2][c] = oldest;
+        rows->m11[0][c] = rows->m11[1][c];
+        rows->m11[1][c] = done;
+    }
+}
+
+static void no_cells(const SweepLattice *l, const CellRow *cells) {
+    fill_zero(cells->s, -1, l->nu);
+    fill_zero(cells->t, -1, l->nu);
+    fill_zero(cells->p2, -1, l->nu);
+}
+
+static void kick_rows(const SweepLattice *l, const Lanes *lanes, const SweepKick *kick,
+                      int row_begin, int row_end, double *buffer) {
+    Rows rows;
+    rows_bind(&rows, buffer, l->stride);
+    moment_row(l, lanes, row_begin - 1, &rows, rows.m11[1], rows.m22[0]);
+    moment_row(l, lanes, row_begin, &rows, rows.m11[0], rows.m22[1]);
+    CellRow *below = &rows.cells[0], *above = &rows.cells[1];
+    if (row_begin > 0) {
+        cell_row(l, lanes, row_begin - 1, below);
+    } else {
+        no_cells(l, below);
+    }
+    for (int j = row_begin; j < row_end; j++) {
+        moment_row(l, lanes, j + 1, &rows, rows.m11[1], rows.m22[2]);
+        if (j + 1 < l->nv) {
+            cell_row(l, lanes, j, above);
+        } else {
+            no_cells(l, above);
+        }
+        for (int c = 0; c < 3; c++) {
+            gather_force(l, &rows, below, above, c);
+            kick_row(l, lanes, kick, j, rows.force[c], c);
+        }
+        rotate_moments(&rows);
+        CellRow *swap = below;
+        below = above, above = swap;
+    }
+}
+
+static double drift_rows(const SweepLattice *l, const Lanes *lanes, double dt, int row_begin,
+                         int row_end) {
+    double fastest = 0.0;
+    for (int j = row_begin; j < row_end; j++) {
+        size_t at = (size_t)l->first + (size_t)j * (size_t)l->stride;
+        double *restrict x = lanes->x[0] + at, *restrict y = lanes->x[1] + at;
+        double *restrict z = lanes->x[2] + at;
+        const double *restrict vx = lanes->v[0] + at, *restrict vy = lanes->v[1] + at;
+        const double *restrict vz = lanes->v[2] + at;
+#ifdef SWEEP_SIMD
+#pragma omp simd reduction(max : fastest)
+#endif
+        for (int i = 0; i < l->nu; i++) {
+            x[i] += dt * vx[i], y[i] += dt * vy[i], z[i] += dt * vz[i];
+            double square = vx[i] * vx[i] + vy[i] * vy[i] + vz[i] * vz[i];
+            fastest = square > fastest ? square : fastest;
+        }
+    }
+    return fastest;
+}
+
+extern const SweepKernel JOIN(sweep_kernel_, SWEEP_VARIANT);
+const SweepKernel JOIN(sweep_kernel_, SWEEP_VARIANT) = {TEXT(SWEEP_VARIANT), kick_rows, drift_rows};

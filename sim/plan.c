@@ -1,0 +1,132 @@
+#include "sim/plan.h"
+
+#include <math.h>
+
+#include "sim/base/parallel.h"
+
+/* measured on one core: an explicit step, and the numeric factorisation of a lattice */
+#define EXPLICIT_NS_PER_NODE 12.0
+#define CONTACT_NS_PER_NODE 20.0
+#define FACTOR_NS 800.0 /* times nodes^1.2: 35 ms at 2601 nodes */
+#define FACTOR_POWER 1.35
+#define USUAL_IMPLICIT_STEP (1.0 / 60.0)
+
+typedef struct Cost {
+    double step, seconds, megabytes;
+} Cost;
+
+static Cost estimate(const Sim *sim) {
+    const System *system = &sim->system;
+    const SolverDef *solver = &sim->scene->solver;
+    double nodes = system->node_count;
+    double duration = (sim->scene->film.frame_count - 1) / sim->scene->film.rate;
+    Cost cost = {.megabytes = 2.0 + 8e-6 * (double)sim->arena.bytes_peak / 8.0};
+    if (sim->stepper->implicit) {
+        double factor = 1e-9 * FACTOR_NS * pow(nodes, FACTOR_POWER);
+        cost.step = solver->step > 0.0 ? solver->step : USUAL_IMPLICIT_STEP;
+        cost.seconds = duration / cost.step * solver->newton_iterations * factor * 1.25;
+        return cost;
+    }
+    double limit = solver->courant * system_stable_step(system);
+    cost.step = solver->step > 0.0 ? fmin(solver->step, limit) : limit;
+    double ns =
+        EXPLICIT_NS_PER_NODE + (system->contact.obstacle_count > 0 ? CONTACT_NS_PER_NODE : 0.0);
+    cost.seconds = duration / cost.step * nodes * ns * 1e-9;
+    return cost;
+}
+
+static void print_skipped(const Sim *sim, FILE *out) {
+    const System *system = &sim->system;
+    bool clamped = false, rest = false, wind = sim->scene->air.drag > 0.0;
+    for (int c = 0; c < system->cloth_count; c++) {
+        clamped = clamped || system->cloths[c].ghost_count > 0;
+        rest = rest || system->cloths[c].panel.rest_curvature[0] != 0.0;
+    }
+    if (system->contact.obstacle_count == 0) {
+        fprintf(out, "  skipped: obstacle queries (the scene has no obstacle)\n");
+    }
+    if (!sim->stepper->implicit) {
+        fprintf(out, "  skipped: matrices (an explicit step needs none)\n");
+    }
+    if (!rest) {
+        fprintf(out, "  skipped: rest curvature (every panel is flat at rest)\n");
+    }
+    if (!wind) {
+        fprintf(out, "  skipped: air (no drag)\n");
+    }
+    if (!clamped) {
+        fprintf(out, "  skipped: ghost nodes (nothing is clamped)\n");
+    }
+    fprintf(out, "  not done: contact of the cloth with itself\n");
+}
+
+static void print_json(const Sim *sim, const Cost *cost, FILE *out) {
+    fprintf(out,
+            "{\"schema\": \"toile-check-1\", \"scene\": \"%s\", \"unknowns\": %d, "
+            "\"stepper\": \"%s\", \"step_s\": %.6g, \"frames\": %d, \"cpu_s\": %.3g, "
+            "\"memory_mb\": %.3g}\n",
+            sim->scene->title, 3 * sim->system.node_count, sim->stepper->name, cost->step,
+            sim->scene->film.frame_count, cost->seconds, cost->megabytes);
+}
+
+void plan_print(const Sim *sim, FILE *out, bool json) {
+    const System *system = &sim->system;
+    Cost cost = estimate(sim);
+    if (json) {
+        print_json(sim, &cost, out);
+        return;
+    }
+    fprintf(out, "%s: %d cloth%s, %d obstacle%s, %d frames at %g/s\n", sim->scene->path,
+            system->cloth_count, system->cloth_count == 1 ? "" : "s",
+            system->contact.obstacle_count, system->contact.obstacle_count == 1 ? "" : "s",
+            sim->scene->film.frame_count, sim->scene->film.rate);
+    for (int c = 0; c < system->cloth_count; c++) {
+        const Cloth *cloth = &system->cloths[c];
+        const Material *m = &cloth->material;
+        double g = 9.80665, length = cbrt(0.5 * (m->d11 + m->d22) / (m->density * g));
+        fprintf(out, "  cloth '%s': model %s, %d nodes%s, spacing %.3g x %.3g mm\n",
+                cloth->def->name, cloth->model->name, cloth->node_count,
+                cloth->panel.nu > 0 ? " on a lattice" : " scattered", 1e3 * cloth->panel.h1,
+                1e3 * cloth->panel.h2);
+        fprintf(out,
+                "    fabric %s: %.4g g/m2, bending length %.3g mm, spacing / bending length "
+                "%.2g\n",
+                cloth->def->fabric.name, 1e3 * m->density, 1e3 * length, cloth->panel.h1 / length);
+    }
+    fprintf(out, "  unknowns: %d\n", 3 * system->node_count);
+    fprintf(out, "  stepper: %s (%s), step %.3g ms\n", sim->stepper->name, sim->stepper_why,
+            1e3 * cost.step);
+    if (!sim->stepper->implicit) {
+        fprintf(out, "  sweep: %s\n", sweep_kernel_best()->name);
+    }
+    print_skipped(sim, out);
+    fprintf(out, "  estimate: %.2g CPU s, %.2g MB\n", cost.seconds, cost.megabytes);
+}
+
+void plan_print_summary(const Sim *sim, FILE *out, bool json) {
+    const Statistics *t = &sim->total;
+    const char *gap = isfinite(t->smallest_gap) ? "" : "no contact";
+    if (json) {
+        fprintf(out,
+                "{\"schema\": \"toile-sim-1\", \"frames\": %d, \"stepper\": \"%s\", \"steps\": "
+                "%.0f, \"retries\": %.0f, \"factorisations\": %.0f, \"cpu_s\": %.4g, "
+                "\"state_hash\": \"%016llx\"}\n",
+                sim->frame + 1, sim->stepper->name, t->steps, t->retries, t->factorisations, t->cpu,
+                (unsigned long long)sim_state_hash(sim));
+        return;
+    }
+    fprintf(out, "sim: %d frames, %.0f steps of %.3g ms (%s), %.3g CPU s\n", sim->frame + 1,
+            t->steps, 1e3 * t->step_length, sim->stepper->name, t->cpu);
+    fprintf(out, "sim: taken back %.0f, factorisations %.0f, work of handles %.3g J\n", t->retries,
+            t->factorisations, t->work);
+    if (sim->system.contact.obstacle_count > 0) {
+        fprintf(out, "sim: smallest gap to an obstacle ");
+        if (*gap) {
+            fprintf(out, "(%s)", gap);
+        } else {
+            fprintf(out, "%.3g mm", 1e3 * t->smallest_gap);
+        }
+        fprintf(out, ", impulses %.0f, shortened moves %.0f, lag %.2g s\n", t->impulses,
+                t->truncations, t->lag);
+    }
+}

@@ -1,0 +1,220 @@
+#include "sim/sim.h"
+
+#include <math.h>
+#include <string.h>
+#include <time.h>
+
+#include "sim/base/hash.h"
+#include "sim/base/parallel.h"
+#include "sim/layout.h"
+
+SimOptions sim_options_default(void) { return (SimOptions){.threads = 1}; }
+
+static uint64_t run_hash(const Scene *scene, const SimOptions *options) {
+    uint64_t key[2] = {scene->hash, options->seed};
+    return hash_bytes(key, sizeof key);
+}
+
+static double process_seconds(void) {
+    struct timespec now;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+bool sim_create(Sim *sim, const Scene *scene, const SimOptions *options, Error *error) {
+    *sim = (Sim){.scene = scene, .options = *options, .hash = run_hash(scene, options)};
+    parallel_set_threads(options->threads);
+    if (!system_create(&sim->system, scene, options->seed, &sim->arena, error)) {
+        sim_destroy(sim);
+        return false;
+    }
+    sim->stepper = stepper_choose(&sim->system, &sim->stepper_why);
+    if (!sim->stepper) {
+        error_set(error, EXIT_BAD_INPUT, "%s: no stepper is called '%s'", scene->path,
+                  scene->solver.stepper);
+        sim_destroy(sim);
+        return false;
+    }
+    if (!sim->stepper->create(&sim->system, &sim->stepper_data, error)) {
+        sim->stepper = NULL;
+        sim_destroy(sim);
+        return false;
+    }
+    sim->state = state_allocate(&sim->system, &sim->arena);
+    sim->packed = arena_push(&sim->arena, double, 6 * sim->system.node_count);
+    state_start(&sim->system, &sim->state);
+    sim->statistics.smallest_gap = sim->total.smallest_gap = INFINITY;
+    return true;
+}
+
+void sim_destroy(Sim *sim) {
+    if (sim->stepper && sim->stepper->destroy && sim->stepper_data) {
+        sim->stepper->destroy(sim->stepper_data);
+    }
+    Arena arena = sim->arena;
+    arena_free(&arena);
+    *sim = (Sim){0};
+}
+
+static void measure_energies(Sim *sim) {
+    const System *system = &sim->system;
+    ArenaMark mark = arena_mark(&sim->arena);
+    unsigned char *held = arena_push(&sim->arena, unsigned char, system->place_count);
+    system_mark_held(system, sim->state.time, held);
+    sim->statistics.kinetic = system_kinetic_energy(system, sim->state.v, held);
+    sim->statistics.elastic = system_elastic_energy(system, sim->state.x);
+    sim->statistics.gravity = system_gravity_energy(system, sim->state.x, held);
+    arena_rewind(&sim->arena, mark);
+}
+
+static void add_up(Statistics *total, const Statistics *frame) {
+    total->steps += frame->steps;
+    total->retries += frame->retries;
+    total->newton_iterations += frame->newton_iterations;
+    total->factorisations += frame->factorisations;
+    total->work += frame->work;
+    total->truncations += frame->truncations;
+    total->impulses += frame->impulses;
+    total->lag = fmax(total->lag, frame->lag);
+    total->smallest_gap = fmin(total->smallest_gap, frame->smallest_gap);
+    total->step_length = frame->step_length;
+    total->cpu += frame->cpu;
+}
+
+bool sim_advance(Sim *sim, Error *error) {
+    double start = process_seconds();
+    double time_end = (sim->frame + 1) / sim->scene->film.rate;
+    sim->statistics = (Statistics){.smallest_gap = INFINITY};
+    if (!sim->stepper->advance(&sim->system, sim->stepper_data, &sim->state, time_end,
+                               &sim->statistics, error)) {
+        return false;
+    }
+    sim->frame++;
+    measure_energies(sim);
+    sim->statistics.cpu = process_seconds() - start;
+    add_up(&sim->total, &sim->statistics);
+    return true;
+}
+
+bool sim_write_start(const Sim *sim, StateWriter *writer, Error *error) {
+    Arena arena = {0};
+    StateHeader header = layout_header(sim, &arena);
+    StateLayout layout = layout_make(&sim->system, &arena);
+    bool ok =
+        state_write_header(writer, &header, error) && state_write_layout(writer, &layout, error);
+    arena_free(&arena);
+    return ok;
+}
+
+/* nodes without ghosts: x to the first half of packed, v to the second */
+static void pack(Sim *sim) {
+    const System *system = &sim->system;
+    double *x = sim->packed, *v = sim->packed + 3 * (size_t)system->node_count;
+    for (int c = 0; c < system->cloth_count; c++) {
+        size_t from = 3 * (size_t)system->first[c];
+        size_t count = 3 * (size_t)system->cloths[c].node_count;
+        memcpy(x, sim->state.x + from, count * sizeof *x);
+        memcpy(v, sim->state.v + from, count * sizeof *v);
+        x += count, v += count;
+    }
+}
+
+uint64_t sim_state_hash(const Sim *sim) {
+    size_t bytes = 3 * (size_t)sim->system.place_count * sizeof(double);
+    uint64_t parts[2] = {hash_bytes(sim->state.x, bytes), hash_bytes(sim->state.v, bytes)};
+    return hash_bytes(parts, sizeof parts);
+}
+
+/* what a stepper needs beyond x and v: name, memory in the state, count of doubles */
+typedef struct Kept {
+    const char *name;
+    double *data;
+    int64_t count;
+} Kept;
+
+enum { KEPT_COUNT = 7 };
+
+static void list_kept(const Sim *sim, Kept kept[KEPT_COUNT]) {
+    const State *s = &sim->state;
+    int64_t places = 3 * (int64_t)sim->system.place_count;
+    int64_t obstacles = sim->system.contact.obstacle_count;
+    bool ghosts = sim->system.place_count > sim->system.node_count;
+    bool before = s->step_before > 0.0;
+    Kept all[KEPT_COUNT] = {
+        {"step.before", (double *)&s->step_before, 1},
+        {"step.x", s->x, ghosts ? places : 0},
+        {"step.v", s->v, ghosts ? places : 0},
+        {"step.x_before", s->x_before, before ? places : 0},
+        {"step.v_before", s->v_before, before ? places : 0},
+        {"step.clocks", s->clocks, obstacles},
+        {"step.bristles", s->bristles, places * obstacles},
+    };
+    memcpy(kept, all, sizeof all);
+}
+
+bool sim_write_frame(Sim *sim, StateWriter *writer, Error *error) {
+    pack(sim);
+    StateFrame frame = {.frame = sim->frame,
+                        .time = sim->state.time,
+                        .x = sim->packed,
+                        .v = sim->packed + 3 * (size_t)sim->system.node_count,
+                        .pose_count = sim->system.contact.obstacle_count,
+                        .pose = sim->state.poses};
+    Kept kept[KEPT_COUNT];
+    list_kept(sim, kept);
+    StateArray extra[KEPT_COUNT + 2] = {
+        {"statistics", STATE_U8, 1, (int64_t)strlen(statistic_names), statistic_names},
+        {"stat", STATE_F64, 1, STATISTIC_COUNT, &sim->statistics},
+    };
+    for (int i = 0; i < KEPT_COUNT; i++) {
+        extra[2 + i] = (StateArray){"", STATE_F64, 1, kept[i].count, kept[i].data};
+        strcpy(extra[2 + i].name, kept[i].name);
+    }
+    return state_write_frame(writer, &frame, sim->system.node_count, extra, KEPT_COUNT + 2, error);
+}
+
+static bool load_kept(Sim *sim, const StateReader *reader, const char *wanted, Error *error) {
+    Kept kept[KEPT_COUNT];
+    list_kept(sim, kept);
+    for (int i = 0; i < KEPT_COUNT; i++) {
+        if (wanted ? strcmp(kept[i].name, wanted) != 0 : i == 0) {
+            continue;
+        }
+        const StateArray *array = state_frame_array(reader, kept[i].name, STATE_F64, 1);
+        if (!array || array->count != kept[i].count) {
+            return error_set(error, EXIT_BAD_INPUT,
+                             "the frame cannot be resumed: '%s' does not fit this scene",
+                             kept[i].name);
+        }
+        memcpy(kept[i].data, array->data, (size_t)array->count * sizeof(double));
+    }
+    return true;
+}
+
+bool sim_load_frame(Sim *sim, StateReader *reader, int index, Error *error) {
+    StateFrame frame;
+    StateLayout layout;
+    if (state_header(reader)->scene_hash != sim->hash) {
+        return error_set(error, EXIT_BAD_INPUT, "the run was made from another scene or seed");
+    }
+    if (!state_read_frame(reader, index, &frame, &layout, NULL, error)) {
+        return false;
+    }
+    if (layout.node_count != sim->system.node_count ||
+        frame.pose_count != sim->system.contact.obstacle_count) {
+        return error_set(error, EXIT_BAD_INPUT, "the run has another layout");
+    }
+    const double *x = frame.x, *v = frame.v;
+    for (int c = 0; c < sim->system.cloth_count; c++) {
+        size_t to = 3 * (size_t)sim->system.first[c];
+        size_t count = 3 * (size_t)sim->system.cloths[c].node_count;
+        memcpy(sim->state.x + to, x, count * sizeof *x);
+        memcpy(sim->state.v + to, v, count * sizeof *v);
+        x += count, v += count;
+    }
+    memcpy(sim->state.poses, frame.pose, (size_t)frame.pose_count * sizeof *frame.pose);
+    sim->state.time = frame.time;
+    sim->frame = frame.frame;
+    /* step.before decides which arrays there are */
+    return load_kept(sim, reader, "step.before", error) && load_kept(sim, reader, NULL, error);
+}

@@ -1,0 +1,412 @@
+#include "sim/step/explicit.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "sim/base/parallel.h"
+#include "sim/step/stepper.h"
+
+#define ROW_GRAIN 16 /* rows a thread takes at once: some 10 us at 51 nodes a row */
+
+struct Explicit {
+    const System *system;
+    const SweepKernel *kernel;
+    Lanes lanes;
+    int *slot;              /* (place_count) */
+    SweepLattice *lattices; /* (cloth_count) with first slots; nu = 0: no sweep */
+    double *buffers;        /* row buffers, one set a chunk */
+    size_t buffer_size;     /* [double] of one chunk */
+    double *chunk_speed;    /* [m2/s2] */
+    double *x, *gradient;   /* (place_count x 3) for cloths without a sweep */
+    unsigned char *held;    /* (place_count) */
+    double *targets;        /* [m] (place_count x 3) of held places */
+    double *v_held;         /* [m/s] (place_count x 3) of held places before a kick */
+    Contact contact;
+    bool has_contact;
+    double limit; /* [s] */
+};
+
+static void place_lattice(Explicit *e, int c, int *slots) {
+    const System *system = e->system;
+    const Cloth *cloth = &system->cloths[c];
+    SweepLattice *l = &e->lattices[c];
+    *l = *cloth->lattice;
+    /* one free row below and above for ghosts */
+    l->first = *slots + l->stride + LANE_MARGIN;
+    int *slot = e->slot + system->first[c];
+    for (int i = 0; i < cloth->node_count; i++) {
+        slot[i] = l->first + i / l->nu * l->stride + i % l->nu;
+    }
+    int outside[4] = {-1, 1, -l->stride, l->stride};
+    for (int g = 0; g < cloth->ghost_count; g++) {
+        slot[cloth->node_count + g] =
+            slot[cloth->ghosts[g].border] + outside[cloth->ghosts[g].side];
+    }
+    *slots += (l->nv + 2) * l->stride + LANE_MARGIN;
+}
+
+static void place_all(Explicit *e) {
+    const System *system = e->system;
+    int slots = 0;
+    size_t widest = 0, chunks = 1;
+    e->slot = arena_push(system->arena, int, system->place_count);
+    e->lattices = arena_push(system->arena, SweepLattice, system->cloth_count);
+    for (int c = 0; c < system->cloth_count; c++) {
+        const Cloth *cloth = &system->cloths[c];
+        if (cloth->lattice) {
+            place_lattice(e, c, &slots);
+            size_t row_chunks = (size_t)parallel_chunk_count(cloth->lattice->nv, ROW_GRAIN);
+            chunks = row_chunks > chunks ? row_chunks : chunks;
+            size_t stride = (size_t)cloth->lattice->stride;
+            widest = stride > widest ? stride : widest;
+            continue;
+        }
+        for (int i = 0; i < cloth->node_count + cloth->ghost_count; i++) {
+            e->slot[system->first[c] + i] = slots++;
+        }
+    }
+    e->lanes = lanes_create(slots, system->arena);
+    e->buffer_size = SWEEP_BUFFER_ROWS * widest + LANE_MARGIN;
+    e->buffers = arena_push(system->arena, double, e->buffer_size *chunks);
+    e->chunk_speed = arena_push(system->arena, double, chunks);
+}
+
+Explicit *explicit_create(const System *system) {
+    Explicit *e = arena_push(system->arena, Explicit, 1);
+    e->system = system;
+    e->kernel = sweep_kernel_best();
+    place_all(e);
+    e->x = arena_push(system->arena, double, 3 * system->place_count);
+    e->gradient = arena_push(system->arena, double, 3 * system->place_count);
+    e->v_held = arena_push(system->arena, double, 3 * system->place_count);
+    e->targets = arena_push(system->arena, double, 3 * system->place_count);
+    e->held = arena_push(system->arena, unsigned char, system->place_count);
+    e->has_contact = system->contact.obstacle_count > 0;
+    if (e->has_contact) {
+        e->contact = contact_create(&system->contact, system->arena);
+    }
+    e->limit = system_stable_step(system);
+    return e;
+}
+
+double explicit_limit(const Explicit *e) { return e->limit; }
+
+static void load(Explicit *e, const State *state) {
+    for (int i = 0; i < e->system->place_count; i++) {
+        int slot = e->slot[i];
+        double mass = e->system->mass[i];
+        for (int c = 0; c < 3; c++) {
+            e->lanes.x[c][slot] = state->x[3 * i + c];
+            e->lanes.v[c][slot] = state->v[3 * i + c];
+            e->lanes.f[c][slot] = 0.0;
+        }
+        e->lanes.weight[slot] = mass > 0.0 ? 1.0 / mass : 0.0;
+    }
+    for (int c = 0; c < e->system->cloth_count; c++) {
+        if (e->lattices[c].nu > 0) {
+            sweep_wrap_rows(&e->lattices[c], e->lanes.x);
+        }
+    }
+}
+
+static void gather(const Explicit *e, double *const lane[3], double *out) {
+    for (int i = 0; i < e->system->place_count; i++) {
+        for (int c = 0; c < 3; c++) {
+            out[3 * i + c] = lane[c][e->slot[i]];
+        }
+    }
+}
+
+typedef struct KickJob {
+    Explicit *e;
+    const SweepLattice *lattice;
+    SweepKick kick;
+} KickJob;
+
+static void kick_chunk(int chunk, int first, int end, void *context) {
+    KickJob *job = context;
+    double *buffer = job->e->buffers + job->e->buffer_size * (size_t)chunk;
+    job->e->kernel->kick(job->lattice, &job->e->lanes, &job->kick, first, end, buffer);
+}
+
+/* forces of one cloth by its model, -gradient, into lanes->f */
+static void add_model_force(Explicit *e, int c,
+                            void (*add)(const Cloth *cloth, const double *x, double *gradient)) {
+    const Cloth *cloth = &e->system->cloths[c];
+    int first = e->system->first[c], count = cloth->node_count + cloth->ghost_count;
+    memset(e->gradient, 0, 3 * (size_t)count * sizeof *e->gradient);
+    for (int i = 0; i < count; i++) {
+        for (int a = 0; a < 3; a++) {
+            e->x[3 * i + a] = e->lanes.x[a][e->slot[first + i]];
+        }
+    }
+    add(cloth, e->x, e->gradient);
+    for (int i = 0; i < count; i++) {
+        for (int a = 0; a < 3; a++) {
+            e->lanes.f[a][e->slot[first + i]] -= e->gradient[3 * i + a];
+        }
+    }
+}
+
+static void clear_force(Explicit *e, int c) {
+    int first = e->system->first[c];
+    for (int i = first; i < e->system->first[c + 1]; i++) {
+        for (int a = 0; a < 3; a++) {
+            e->lanes.f[a][e->slot[i]] = 0.0;
+        }
+    }
+}
+
+static SweepKick kick_of(const Explicit *e, int c, double dt) {
+    const Scene *scene = e->system->scene;
+    double damping = e->system->damping[e->system->first[c]];
+    double drag = scene->air.drag / e->system->cloths[c].material.density;
+    return (SweepKick){dt, vec3_axpy(scene->gravity, drag, scene->air.wind),
+                       1.0 / (1.0 + dt * damping)};
+}
+
+static void kick_scattered(Explicit *e, int c, const SweepKick *kick) {
+    double push[3] = {kick->push.x, kick->push.y, kick->push.z};
+    for (int i = e->system->first[c]; i < e->system->first[c + 1]; i++) {
+        int slot = e->slot[i];
+        for (int a = 0; a < 3; a++) {
+            double *v = &e->lanes.v[a][slot];
+            double force = e->lanes.f[a][slot];
+            *v =
+                (*v + (kick->dt * e->lanes.weight[slot] * force + kick->dt * push[a])) * kick->keep;
+        }
+    }
+}
+
+static void kick(Explicit *e, double dt) {
+    for (int c = 0; c < e->system->cloth_count; c++) {
+        const Cloth *cloth = &e->system->cloths[c];
+        SweepKick kick_one = kick_of(e, c, dt);
+        if (e->lattices[c].nu > 0) {
+            bool rest = cloth->model->add_rest_gradient && (cloth->panel.rest_curvature[0] != 0.0 ||
+                                                            cloth->panel.rest_curvature[1] != 0.0);
+            if (rest) {
+                add_model_force(e, c, cloth->model->add_rest_gradient);
+            }
+            KickJob job = {e, &e->lattices[c], kick_one};
+            parallel_for(e->lattices[c].nv, ROW_GRAIN, kick_chunk, &job);
+            if (rest) {
+                clear_force(e, c);
+            }
+        } else {
+            add_model_force(e, c, cloth->model->add_gradient);
+            kick_scattered(e, c, &kick_one);
+            clear_force(e, c);
+        }
+    }
+}
+
+typedef struct DriftJob {
+    Explicit *e;
+    const SweepLattice *lattice;
+    double dt;
+} DriftJob;
+
+static void drift_chunk(int chunk, int first, int end, void *context) {
+    DriftJob *job = context;
+    job->e->chunk_speed[chunk] =
+        job->e->kernel->drift(job->lattice, &job->e->lanes, job->dt, first, end);
+}
+
+/* x += dt v, also for held places and ghosts, whose velocities lead to their targets */
+static double drift(Explicit *e, double dt) {
+    double fastest = 0.0;
+    for (int c = 0; c < e->system->cloth_count; c++) {
+        const Cloth *cloth = &e->system->cloths[c];
+        int first = e->system->first[c], dense = e->system->first[c + 1];
+        if (e->lattices[c].nu > 0) {
+            const SweepLattice *l = &e->lattices[c];
+            DriftJob job = {e, l, dt};
+            parallel_for(l->nv, ROW_GRAIN, drift_chunk, &job);
+            for (int k = 0; k < parallel_chunk_count(l->nv, ROW_GRAIN); k++) {
+                fastest = fmax(fastest, e->chunk_speed[k]);
+            }
+            first += cloth->node_count;
+        }
+        for (int i = first; i < dense; i++) {
+            double square = 0.0;
+            for (int a = 0; a < 3; a++) {
+                double v = e->lanes.v[a][e->slot[i]];
+                e->lanes.x[a][e->slot[i]] += dt * v;
+                square += v * v;
+            }
+            fastest = fmax(fastest, square);
+        }
+        if (e->lattices[c].nu > 0) {
+            sweep_wrap_rows(&e->lattices[c], e->lanes.x);
+        }
+    }
+    return sqrt(fastest);
+}
+
+/* velocities that carry held places to where their handles want them at time_end; returns the
+ * work done on the cloth: minus internal force times motion */
+static double steer_held(Explicit *e, double dt, double kick_dt, double time_end) {
+    const System *system = e->system;
+    double *v_held = e->v_held;
+    double work = 0.0;
+    system_place_held(system, time_end, e->targets);
+    for (int c = 0; c < system->cloth_count; c++) {
+        SweepKick one = kick_of(e, c, kick_dt);
+        double push[3] = {one.push.x, one.push.y, one.push.z};
+        for (int i = system->first[c]; i < system->first[c + 1]; i++) {
+            for (int a = 0; a < 3 && e->held[i]; a++) {
+                double *v = &e->lanes.v[a][e->slot[i]];
+                double internal =
+                    system->mass[i] * ((*v / one.keep - v_held[3 * i + a]) / kick_dt - push[a]);
+                double moved = e->targets[3 * i + a] - e->lanes.x[a][e->slot[i]];
+                *v = moved / dt;
+                v_held[3 * i + a] = *v;
+                work -= internal * moved;
+            }
+        }
+    }
+    return work;
+}
+
+static double fastest_now(const Explicit *e) {
+    double fastest = 0.0;
+    for (int i = 0; i < e->system->place_count; i++) {
+        int s = e->slot[i];
+        double x = e->lanes.v[0][s], y = e->lanes.v[1][s], z = e->lanes.v[2][s];
+        fastest = fmax(fastest, x * x + y * y + z * z);
+    }
+    return sqrt(fastest);
+}
+
+static double kinetic_now(const Explicit *e) {
+    double energy = 0.0;
+    for (int i = 0; i < e->system->place_count; i++) {
+        int s = e->slot[i];
+        double x = e->lanes.v[0][s], y = e->lanes.v[1][s], z = e->lanes.v[2][s];
+        energy += e->held[i] ? 0.0 : 0.5 * e->system->mass[i] * (x * x + y * y + z * z);
+    }
+    return energy;
+}
+
+static void stop_all(Explicit *e) {
+    for (int c = 0; c < 3; c++) {
+        memset(e->lanes.v[c], 0, (size_t)e->lanes.slot_count * sizeof(double));
+    }
+}
+
+static ContactView view_of(Explicit *e) { return (ContactView){&e->lanes, e->slot, e->held}; }
+
+/* one kick, with the contacts of this instant */
+static void kick_with_contact(Explicit *e, double dt, double share, double time_end) {
+    if (e->has_contact) {
+        contact_forces(&e->contact, view_of(e), dt, share, time_end);
+    }
+    kick(e, share * dt);
+    if (e->has_contact) {
+        contact_clear(&e->contact, view_of(e));
+    }
+}
+
+/* drift that crosses nothing */
+static double guarded_drift(Explicit *e, double dt) {
+    if (e->has_contact) {
+        contact_refresh(&e->contact, view_of(e), dt, fastest_now(e));
+        contact_guard(&e->contact, view_of(e), dt);
+    }
+    return drift(e, dt);
+}
+
+/* kinetic damping: true when a kill happened at an energy below the target */
+static bool kill_at_peak(Explicit *e, const ExplicitRun *run, double *kinetic_before,
+                         ExplicitResult *result, double *share) {
+    double kinetic = kinetic_now(e);
+    bool fell = kinetic < *kinetic_before;
+    *share = 1.0;
+    if (fell) {
+        stop_all(e);
+        result->kills++;
+        result->last_kill = *kinetic_before;
+        *share = 0.5; /* velocities live at half steps: a full kick would pump (explicit.md 6) */
+    }
+    *kinetic_before = fell ? 0.0 : kinetic;
+    return fell && result->last_kill < run->kinetic_target;
+}
+
+static void run_steps(Explicit *e, const ExplicitRun *run, const State *state,
+                      ExplicitResult *result) {
+    double share = 0.5, kinetic = 0.0;
+    for (int s = 0; s < run->steps && !step_interrupted; s++) {
+        double time_end = run->kinetic_damping ? state->time : state->time + (s + 1) * run->dt;
+        kick_with_contact(e, run->dt, share, time_end);
+        result->work += steer_held(e, run->dt, share * run->dt, time_end);
+        share = 1.0;
+        result->steps++;
+        if (run->kinetic_damping && kill_at_peak(e, run, &kinetic, result, &share)) {
+            break;
+        }
+        double fastest = guarded_drift(e, run->dt);
+        result->fastest = fmax(result->fastest, fastest);
+        if (!isfinite(fastest)) {
+            return;
+        }
+    }
+    if (run->kinetic_damping) {
+        stop_all(e);
+        return;
+    }
+    kick_with_contact(e, run->dt, 0.5, state->time + (run->steps + 1) * run->dt);
+}
+
+static double total_energy(Explicit *e, double dt, const State *state, double *scale,
+                           double *contact) {
+    double kinetic = system_kinetic_energy(e->system, state->v, e->held);
+    double elastic = system_elastic_energy(e->system, state->x);
+    double gravity = system_gravity_energy(e->system, state->x, e->held);
+    *contact = e->has_contact ? contact_energy(&e->contact, view_of(e), dt) : 0.0;
+    *scale = fmax(*scale, kinetic + elastic + *contact);
+    return kinetic + elastic + gravity + *contact;
+}
+
+static void store(Explicit *e, State *state, double time_end) {
+    gather(e, e->lanes.x, state->x);
+    gather(e, e->lanes.v, state->v);
+    state->time = time_end;
+    for (int i = 0; i < e->system->place_count; i++) {
+        for (int a = 0; a < 3 && e->held[i]; a++) {
+            /* the kick at the end does not move a handle */
+            state->v[3 * i + a] = e->v_held[3 * i + a];
+        }
+    }
+    if (e->has_contact) {
+        size_t o = (size_t)e->contact.def->obstacle_count;
+        memcpy(state->poses, e->contact.poses, o * sizeof(Pose));
+        memcpy(state->clocks, e->contact.clocks, o * sizeof(double));
+        memcpy(state->bristles, e->contact.bristles,
+               3 * o * (size_t)e->system->place_count * sizeof(double));
+    }
+}
+
+ExplicitResult explicit_interval(Explicit *e, const ExplicitRun *run, State *state) {
+    ExplicitResult result = {.contact = {.smallest_gap = INFINITY}};
+    load(e, state);
+    system_mark_held(e->system, state->time, e->held);
+    if (e->has_contact) {
+        double fastest = fastest_now(e);
+        contact_begin(&e->contact, view_of(e), state->poses, state->clocks, state->bristles,
+                      fastest, run->dt);
+    }
+    double contact, before = total_energy(e, run->dt, state, &result.energy_scale, &contact);
+    memcpy(e->v_held, state->v, 3 * (size_t)e->system->place_count * sizeof *e->v_held);
+    run_steps(e, run, state, &result);
+    double elapsed = run->kinetic_damping ? 0.0 : run->steps * run->dt;
+    store(e, state, state->time + elapsed);
+    double after = total_energy(e, run->dt, state, &result.energy_scale, &result.contact_energy);
+    result.energy_gain = after - before;
+    result.finite = isfinite(after) && isfinite(result.fastest);
+    if (e->has_contact) {
+        result.contact = e->contact.statistics;
+        result.work += result.contact.work;
+    }
+    return result;
+}

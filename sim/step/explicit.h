@@ -1,0 +1,41 @@
+/* explicit.h: the engine of the explicit road: kick, guard, drift (explicit.md).
+ *
+ * An interval is velocity Verlet: half a kick, then drift and kick in turn, half a kick at the
+ * end, so that positions and velocities belong to the same instant at both ends and the step
+ * may change from one interval to the next. */
+#ifndef TOILE_STEP_EXPLICIT_H
+#define TOILE_STEP_EXPLICIT_H
+
+#include "sim/step/system.h"
+
+typedef struct Explicit Explicit;
+
+/* How to run an interval. */
+typedef struct ExplicitRun {
+    int steps;
+    double dt;             /* [s] */
+    bool kinetic_damping;  /* all velocities to zero whenever the kinetic energy falls */
+    double kinetic_target; /* [J] kinetic damping stops when the energy at a kill is below */
+} ExplicitRun;
+
+typedef struct ExplicitResult {
+    bool finite;
+    double work;           /* [J] done by handles on the cloth */
+    double energy_gain;    /* [J] change of kinetic + elastic + gravity + contact energy */
+    double energy_scale;   /* [J] of the energies at hand, for judging the gain */
+    double contact_energy; /* [J] at the end */
+    double fastest;        /* [m/s] at any time */
+    int steps, kills;
+    double last_kill; /* [J] kinetic energy at the last kill */
+    ContactStatistics contact;
+} ExplicitResult;
+
+Explicit *explicit_create(const System *system);
+
+/* [s] the longest stable step at the start, before the Courant factor. */
+double explicit_limit(const Explicit *engine);
+
+/* Advances the state in place; the caller keeps a copy to go back to. */
+ExplicitResult explicit_interval(Explicit *engine, const ExplicitRun *run, State *state);
+
+#endif

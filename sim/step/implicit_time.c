@@ -1,0 +1,217 @@
+/* implicit_time.c: BDF2 and backward Euler with a few mixed-point Newton iterations a step
+ * (mlpg.md 1.5, solid_shell.md 3.3). */
+#include <math.h>
+#include <string.h>
+
+#include "sim/step/explicit.h"
+#include "sim/step/implicit.h"
+#include "sim/step/stepper.h"
+
+#define USUAL_STEP (1.0 / 60.0) /* [s] 1 % on a 1 s swing by BDF2 with two iterations */
+#define SETTLED_SHARE 1e-3      /* of the weight: a residual at which iterations stop early */
+#define SINGLE_ITERATION 1      /* backward Euler with one iteration never gains energy */
+
+typedef struct ImplicitTime {
+    Implicit *implicit;
+    bool second_order;
+    State trial;
+    double *x_hat, *v_hat, *dx, *gradient; /* (place_count x 3) */
+    unsigned char *held;
+} ImplicitTime;
+
+static bool create(const System *system, void **data, bool second_order, Error *error) {
+    for (int o = 0; o < system->contact.obstacle_count; o++) {
+        if (system->contact.obstacles[o].moves) {
+            return error_set(error, EXIT_BAD_INPUT,
+                             "%s: moving obstacles need an explicit stepper ('stepper: central')",
+                             system->scene->path);
+        }
+    }
+    ImplicitTime *time = arena_push(system->arena, ImplicitTime, 1);
+    int n = 3 * system->place_count;
+    time->implicit = implicit_create(system);
+    time->second_order = second_order;
+    time->trial = state_allocate(system, system->arena);
+    time->x_hat = arena_push(system->arena, double, n);
+    time->v_hat = arena_push(system->arena, double, n);
+    time->dx = arena_push(system->arena, double, n);
+    time->gradient = arena_push(system->arena, double, n);
+    time->held = arena_push(system->arena, unsigned char, system->place_count);
+    *data = time;
+    return true;
+}
+
+static bool create_bdf2(const System *system, void **data, Error *error) {
+    return create(system, data, true, error);
+}
+
+static bool create_backward_euler(const System *system, void **data, Error *error) {
+    return create(system, data, false, error);
+}
+
+static void destroy(void *data) { implicit_destroy(((ImplicitTime *)data)->implicit); }
+
+/* x_hat, v_hat and coefficients of one step from `state` */
+static ImplicitTerms discretise(const ImplicitTime *t, const System *system, const State *s,
+                                double dt, bool bdf2) {
+    int n = 3 * system->place_count;
+    for (int k = 0; k < n; k++) {
+        if (bdf2) {
+            t->x_hat[k] = (4.0 * s->x[k] - s->x_before[k]) / 3.0 +
+                          (8.0 * s->v[k] - 2.0 * s->v_before[k]) * dt / 9.0;
+            t->v_hat[k] = (s->x_before[k] - 4.0 * s->x[k]) / (2.0 * dt);
+        } else {
+            t->x_hat[k] = s->x[k] + dt * s->v[k];
+            t->v_hat[k] = -s->x[k] / dt;
+        }
+    }
+    return (ImplicitTerms){.acceleration = bdf2 ? 2.25 / (dt * dt) : 1.0 / (dt * dt),
+                           .x_hat = t->x_hat,
+                           .velocity = bdf2 ? 1.5 / dt : 1.0 / dt,
+                           .v_hat = t->v_hat};
+}
+
+/* predictor x + dt v, with obstacles as bounds, and handles at their targets */
+static void predict(const ImplicitTime *t, const System *system, const State *from, double dt,
+                    double *x) {
+    int n = 3 * system->place_count;
+    for (int k = 0; k < n; k++) {
+        t->dx[k] = dt * from->v[k];
+    }
+    ImplicitTerms none = {0};
+    NewtonProblem problem = implicit_problem(t->implicit, &none, t->held, from);
+    if (problem.limit_step) {
+        problem.limit_step(problem.context, from->x, t->dx);
+    }
+    for (int k = 0; k < n; k++) {
+        x[k] = from->x[k] + t->dx[k];
+    }
+    system_place_held(system, from->time + dt, x);
+    for (int k = 0; k < n; k++) {
+        t->dx[k] = x[k] - from->x[k];
+    }
+}
+
+static double total_energy(const ImplicitTime *t, const System *system, const State *s) {
+    return system_kinetic_energy(system, s->v, t->held) + system_elastic_energy(system, s->x) +
+           system_gravity_energy(system, s->x, t->held);
+}
+
+/* work of the handles: internal force on held places times their motion */
+static double handle_work(const ImplicitTime *t, const System *system, const State *from,
+                          const State *to) {
+    double work = 0.0;
+    for (int end = 0; end < 2; end++) {
+        memset(t->gradient, 0, 3 * (size_t)system->place_count * sizeof(double));
+        system_add_gradient(system, end == 0 ? from->x : to->x, t->gradient);
+        for (int i = 0; i < 3 * system->place_count; i++) {
+            work += t->held[i / 3] ? 0.5 * t->gradient[i] * (to->x[i] - from->x[i]) : 0.0;
+        }
+    }
+    return work;
+}
+
+static NewtonReport try_step(ImplicitTime *t, const System *system, const State *from, double dt,
+                             bool bdf2, int iterations, State *to) {
+    NewtonParams params = newton_default();
+    params.max_iterations = iterations;
+    params.tolerance = SETTLED_SHARE * system->weight;
+    system_mark_held(system, from->time + dt, t->held);
+    predict(t, system, from, dt, to->x);
+    ImplicitTerms terms = discretise(t, system, from, dt, bdf2);
+    NewtonReport report = implicit_solve(t->implicit, &terms, t->held, from, &params, t->dx, to->x);
+    for (int k = 0; k < 3 * system->place_count; k++) {
+        to->v[k] = terms.velocity * to->x[k] + t->v_hat[k];
+    }
+    implicit_store_bristles(t->implicit, to->x, to);
+    to->time = from->time + dt;
+    return report;
+}
+
+static bool good(const ImplicitTime *t, const System *system, const State *from, const State *to,
+                 const NewtonReport *report, double *work) {
+    if (report->status == NEWTON_DIVERGED || report->status == NEWTON_SINGULAR) {
+        return false;
+    }
+    double before = total_energy(t, system, from), after = total_energy(t, system, to);
+    double scale =
+        system_kinetic_energy(system, to->v, t->held) + system_elastic_energy(system, to->x);
+    *work = handle_work(t, system, from, to);
+    return isfinite(after) && after - before <= *work + STEP_ENERGY_TOLERANCE * scale;
+}
+
+/* one step of dt: BDF2 when it can, else backward Euler, else fails */
+static bool step(ImplicitTime *t, const System *system, State *state, double dt,
+                 Statistics *statistics) {
+    int iterations = system->scene->solver.newton_iterations;
+    bool bdf2 = t->second_order && fabs(state->step_before - dt) <= 1e-9 * dt;
+    for (int attempt = 0; attempt < 2; attempt++) {
+        double work = 0.0;
+        state_copy(system, &t->trial, state);
+        NewtonReport report = try_step(t, system, state, dt, bdf2 && attempt == 0,
+                                       attempt == 0 ? iterations : SINGLE_ITERATION, &t->trial);
+        statistics->newton_iterations += report.iterations;
+        statistics->factorisations += report.factorisations;
+        statistics->residual = report.residual;
+        if (good(t, system, state, &t->trial, &report, &work)) {
+            size_t bytes = 3 * (size_t)system->place_count * sizeof(double);
+            memcpy(t->trial.x_before, state->x, bytes);
+            memcpy(t->trial.v_before, state->v, bytes);
+            t->trial.step_before = dt;
+            state_copy(system, state, &t->trial);
+            statistics->steps++;
+            statistics->work += work;
+            return true;
+        }
+        statistics->retries++;
+    }
+    return false;
+}
+
+static bool advance(const System *system, void *data, State *state, double time_end,
+                    Statistics *statistics, Error *error) {
+    ImplicitTime *t = data;
+    double wished = system->scene->solver.step > 0.0 ? system->scene->solver.step : USUAL_STEP;
+    double interval = time_end - state->time;
+    int steps = (int)fmax(1.0, ceil(interval / wished - 1e-9)), halvings = 0;
+    double dt = interval / steps;
+    while (steps > 0) {
+        if (step_interrupted) {
+            return error_set(error, EXIT_INTERRUPTED, "interrupted");
+        }
+        statistics->step_length = dt;
+        if (step(t, system, state, dt, statistics)) {
+            steps--;
+        } else if (halvings++ == STEP_MAX_HALVINGS) {
+            return error_set(error, EXIT_DIFFERS,
+                             "no implicit step down to %.2g s succeeds at t = %g s", dt,
+                             state->time);
+        } else {
+            dt *= 0.5;
+            steps *= 2;
+        }
+    }
+    state->time = time_end;
+    for (int o = 0; o < system->contact.obstacle_count; o++) {
+        state->clocks[o] = time_end;
+    }
+    return true;
+}
+
+const Stepper stepper_bdf2 = {
+    .name = "bdf2",
+    .about = "second-order backward differences, two mixed-point Newton iterations a step",
+    .implicit = true,
+    .create = create_bdf2,
+    .advance = advance,
+    .destroy = destroy,
+};
+
+const Stepper stepper_backward_euler = {
+    .name = "backward_euler",
+    .about = "first order, strongly damping; mixed-point Newton",
+    .implicit = true,
+    .create = create_backward_euler,
+    .advance = advance,
+    .destroy = destroy,
+};

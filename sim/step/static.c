@@ -1,0 +1,149 @@
+/* static.c: equilibrium at every output time. Kinetic damping brings the cloth near when it
+ * starts far away, mixed-point Newton finishes; where that does not converge (snap, several
+ * minima) implicit pseudo-time steps go on until it does (solid_shell.md 3.2). */
+#include <math.h>
+#include <string.h>
+
+#include "sim/step/explicit.h"
+#include "sim/step/implicit.h"
+#include "sim/step/stepper.h"
+
+#define EQUILIBRIUM 1e-6     /* of the weight: residual of an equilibrium */
+#define NEWTON_ITERATIONS 24 /* of one attempt */
+#define RELAX_STEPS 4000     /* explicit steps of one relaxation */
+#define RELAX_TARGET 1e-9    /* kinetic energy at a kill / (weight * size): relaxed */
+#define PSEUDO_STEP 0.02     /* [s] first pseudo-time step */
+#define PSEUDO_STEPS 400     /* before giving up */
+#define LONGEST_MOVE 0.3     /* of the size, of any node in one pseudo-time iteration */
+
+typedef struct Static {
+    Implicit *implicit;
+    Explicit *engine; /* NULL: no lattice, no relaxation */
+    State trial, kept;
+    double *x_hat;
+    unsigned char *held;
+} Static;
+
+static bool create(const System *system, void **data, Error *error) {
+    (void)error;
+    Static *s = arena_push(system->arena, Static, 1);
+    s->implicit = implicit_create(system);
+    s->engine = explicit_create(system);
+    s->trial = state_allocate(system, system->arena);
+    s->kept = state_allocate(system, system->arena);
+    s->x_hat = arena_push(system->arena, double, 3 * system->place_count);
+    s->held = arena_push(system->arena, unsigned char, system->place_count);
+    *data = s;
+    return true;
+}
+
+static void destroy(void *data) { implicit_destroy(((Static *)data)->implicit); }
+
+static void count(Statistics *statistics, const NewtonReport *report) {
+    statistics->newton_iterations += report->iterations;
+    statistics->factorisations += report->factorisations;
+    statistics->residual = report->residual;
+}
+
+/* straight to equilibrium from the trial state; true when it got there */
+static bool try_newton(Static *s, const System *system, Statistics *statistics) {
+    NewtonParams params = newton_default();
+    ImplicitTerms terms = {0};
+    params.max_iterations = NEWTON_ITERATIONS;
+    params.min_iterations = 0;
+    params.tolerance = EQUILIBRIUM * system->weight;
+    state_copy(system, &s->kept, &s->trial);
+    NewtonReport report =
+        implicit_solve(s->implicit, &terms, s->held, &s->kept, &params, NULL, s->trial.x);
+    count(statistics, &report);
+    if (report.status == NEWTON_CONVERGED) {
+        return true;
+    }
+    state_copy(system, &s->trial, &s->kept);
+    return false;
+}
+
+static void relax(Static *s, const System *system, Statistics *statistics) {
+    double dt = system->scene->solver.courant * explicit_limit(s->engine);
+    ExplicitRun run = {.steps = RELAX_STEPS,
+                       .dt = dt,
+                       .kinetic_damping = true,
+                       .kinetic_target = RELAX_TARGET * system->weight * system->size};
+    state_copy(system, &s->kept, &s->trial);
+    ExplicitResult result = explicit_interval(s->engine, &run, &s->trial);
+    statistics->steps += result.steps;
+    if (!result.finite) {
+        state_copy(system, &s->trial, &s->kept);
+    }
+}
+
+/* minimises 1/(2 dt^2) |x - x_n|_M^2 + W - f.x step by step; dt grows while it goes well */
+static bool pseudo_time(Static *s, const System *system, Statistics *statistics) {
+    double dt = PSEUDO_STEP;
+    size_t bytes = 3 * (size_t)system->place_count * sizeof(double);
+    for (int k = 0; k < PSEUDO_STEPS && !step_interrupted; k++) {
+        NewtonParams params = newton_default();
+        params.tolerance = EQUILIBRIUM * system->weight;
+        params.longest_move = LONGEST_MOVE * system->size;
+        memcpy(s->x_hat, s->trial.x, bytes);
+        ImplicitTerms terms = {.acceleration = 1.0 / (dt * dt), .x_hat = s->x_hat};
+        state_copy(system, &s->kept, &s->trial);
+        NewtonReport report =
+            implicit_solve(s->implicit, &terms, s->held, &s->kept, &params, NULL, s->trial.x);
+        count(statistics, &report);
+        bool good = report.status == NEWTON_CONVERGED ||
+                    (report.status == NEWTON_STOPPED && report.residual < 1e-2 * system->weight);
+        if (!good) {
+            state_copy(system, &s->trial, &s->kept);
+            dt *= 0.4;
+            continue;
+        }
+        implicit_store_bristles(s->implicit, s->trial.x, &s->trial);
+        if (implicit_residual(s->implicit, s->held, &s->trial, s->trial.x) <=
+            EQUILIBRIUM * system->weight) {
+            return true;
+        }
+        dt *= report.iterations <= 6 ? 2.0 : report.iterations > 10 ? 0.6 : 1.0;
+    }
+    return false;
+}
+
+static bool advance(const System *system, void *data, State *state, double time_end,
+                    Statistics *statistics, Error *error) {
+    Static *s = data;
+    state_copy(system, &s->trial, state);
+    s->trial.time = time_end;
+    for (int o = 0; o < system->contact.obstacle_count; o++) {
+        s->trial.clocks[o] = time_end;
+        s->trial.poses[o] = contact_pose(&system->contact.obstacles[o], time_end);
+    }
+    system_mark_held(system, time_end, s->held);
+    system_place_held(system, time_end, s->trial.x);
+    memset(s->trial.v, 0, 3 * (size_t)system->place_count * sizeof(double));
+    bool done = try_newton(s, system, statistics);
+    for (int round = 0; round < 2 && !done && !step_interrupted; round++) {
+        relax(s, system, statistics);
+        done = try_newton(s, system, statistics);
+    }
+    done = done || pseudo_time(s, system, statistics);
+    if (step_interrupted) {
+        return error_set(error, EXIT_INTERRUPTED, "interrupted");
+    }
+    if (!done) {
+        return error_set(error, EXIT_DIFFERS,
+                         "static: no equilibrium found at t = %g s (residual %.2g of the weight)",
+                         time_end, statistics->residual / system->weight);
+    }
+    implicit_store_bristles(s->implicit, s->trial.x, &s->trial);
+    state_copy(system, state, &s->trial);
+    return true;
+}
+
+const Stepper stepper_static = {
+    .name = "static",
+    .about = "equilibrium at every output time: kinetic damping, then mixed-point Newton",
+    .implicit = true,
+    .create = create,
+    .advance = advance,
+    .destroy = destroy,
+};

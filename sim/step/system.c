@@ -1,0 +1,284 @@
+#include "sim/step/system.h"
+
+#include <math.h>
+#include <string.h>
+
+const char statistic_names[] =
+    "steps\nretries\nstep_length\nnewton_iterations\nfactorisations\nresidual\n"
+    "kinetic\nelastic\ngravity\ncontact\nwork\nsmallest_gap\ntruncations\nimpulses\nlag\ncpu\n";
+
+/* [m] skin beside half the cloth's thickness on either side; below it contact needs tiny steps */
+#define LEAST_CONTACT_DISTANCE 1e-3
+#define STANDARD_GRAVITY 9.80665 /* [m/s2] for the weight scale of a scene without gravity */
+
+static bool create_cloths(System *system, uint64_t seed, Error *error) {
+    const Scene *scene = system->scene;
+    system->cloth_count = scene->cloth_count;
+    system->cloths = arena_push(system->arena, Cloth, scene->cloth_count);
+    system->first = arena_push(system->arena, int, scene->cloth_count + 1);
+    HandleDef *own = arena_push(system->arena, HandleDef, scene->handle_count);
+    for (int c = 0; c < scene->cloth_count; c++) {
+        int own_count = 0;
+        for (int h = 0; h < scene->handle_count; h++) {
+            if (scene->handles[h].cloth == c) {
+                own[own_count++] = scene->handles[h];
+            }
+        }
+        Cloth *cloth = &system->cloths[c];
+        if (!cloth_create(cloth, &scene->cloths[c], own, own_count, seed + (uint64_t)c,
+                          system->arena, error)) {
+            return false;
+        }
+        system->first[c + 1] = system->first[c] + cloth->node_count + cloth->ghost_count;
+        system->node_count += cloth->node_count;
+    }
+    system->place_count = system->first[scene->cloth_count];
+    return true;
+}
+
+static void fill_places(System *system) {
+    const AirDef *air = &system->scene->air;
+    int n = system->place_count;
+    system->mass = arena_push(system->arena, double, n);
+    system->area = arena_push(system->arena, double, n);
+    system->damping = arena_push(system->arena, double, n);
+    double *friction = arena_push(system->arena, double, n);
+    double total = 0.0;
+    for (int c = 0; c < system->cloth_count; c++) {
+        const Cloth *cloth = &system->cloths[c];
+        for (int i = 0; i < cloth->node_count + cloth->ghost_count; i++) {
+            int place = system->first[c] + i;
+            bool node = i < cloth->node_count;
+            system->mass[place] = node ? cloth->mass[i] : 0.0;
+            system->area[place] = node ? cloth->panel.area[i] : 0.0;
+            system->damping[place] = cloth->def->damping + air->drag / cloth->material.density;
+            friction[place] = cloth->material.friction;
+            total += system->mass[place];
+        }
+    }
+    double g = vec3_length(system->scene->gravity);
+    system->weight = total * (g > 0.0 ? g : STANDARD_GRAVITY);
+    system->contact.friction = friction;
+    system->contact.mass = system->mass;
+    system->contact.vertex_count = n;
+}
+
+static void create_obstacles(System *system) {
+    const Scene *scene = system->scene;
+    ContactObstacle *obstacles = arena_push(system->arena, ContactObstacle, scene->obstacle_count);
+    for (int o = 0; o < scene->obstacle_count; o++) {
+        const ObstacleDef *def = &scene->obstacles[o];
+        obstacles[o] = (ContactObstacle){def->solid, def->pose, &def->motion, def->friction,
+                                         def->motion.piece_count > 0};
+    }
+    double thickest = 0.0;
+    for (int c = 0; c < system->cloth_count; c++) {
+        thickest = fmax(thickest, system->cloths[c].material.thickness);
+    }
+    system->contact_distance = scene->solver.contact_distance > 0.0
+                                   ? scene->solver.contact_distance
+                                   : fmax(LEAST_CONTACT_DISTANCE, thickest);
+    system->contact.distance = system->contact_distance;
+    system->contact.obstacle_count = scene->obstacle_count;
+    system->contact.obstacles = obstacles;
+}
+
+/* a clamp takes the ghosts of its border nodes along */
+static int add_ghosts(const Cloth *cloth, const HandleDef *def, const unsigned char *marks,
+                      int first, int *places) {
+    int count = 0;
+    for (int g = 0; def->kind == HANDLE_CLAMP && g < cloth->ghost_count; g++) {
+        const Ghost *ghost = &cloth->ghosts[g];
+        bool side = ghost->side < 0 || def->region == REGION_BORDER ||
+                    def->region == (RegionKind)(REGION_LEFT + ghost->side);
+        if (side && marks[ghost->border]) {
+            places[count++] = first + cloth->node_count + g;
+        }
+    }
+    return count;
+}
+
+static bool create_handle(System *system, const HandleDef *def, const double *start, Handle *handle,
+                          Error *error) {
+    const Cloth *cloth = &system->cloths[def->cloth];
+    int first = system->first[def->cloth];
+    ArenaMark mark = arena_mark(system->arena);
+    unsigned char *marks = arena_push(system->arena, unsigned char, cloth->node_count);
+    int count = panel_select(&cloth->panel, def, marks);
+    if (count == 0) {
+        arena_rewind(system->arena, mark);
+        return error_set(error, EXIT_BAD_INPUT, "%s:%d: this handle holds no node of cloth '%s'",
+                         system->scene->path, def->line, cloth->def->name);
+    }
+    if (def->kind == HANDLE_CLAMP && isfinite(def->release)) {
+        return error_set(error, EXIT_BAD_INPUT, "%s:%d: a clamp cannot be released; use 'hold'",
+                         system->scene->path, def->line);
+    }
+    int *places = arena_push(system->arena, int, count + cloth->ghost_count);
+    int at = 0;
+    for (int i = 0; i < cloth->node_count; i++) {
+        if (marks[i]) {
+            places[at++] = first + i;
+        }
+    }
+    at += add_ghosts(cloth, def, marks, first, places + at);
+    double *from = arena_push(system->arena, double, 3 * at);
+    for (int i = 0; i < at; i++) {
+        memcpy(from + 3 * i, start + 3 * (size_t)places[i], 3 * sizeof *from);
+    }
+    *handle = (Handle){def, at, places, from};
+    return true;
+}
+
+static bool create_handles(System *system, Error *error) {
+    const Scene *scene = system->scene;
+    system->handle_count = scene->handle_count;
+    system->handles = arena_push(system->arena, Handle, scene->handle_count);
+    double *start = arena_push(system->arena, double, 3 * system->place_count);
+    Vec3 low = {INFINITY, INFINITY, INFINITY}, high = {-INFINITY, -INFINITY, -INFINITY};
+    for (int c = 0; c < system->cloth_count; c++) {
+        cloth_start(&system->cloths[c], start + 3 * (size_t)system->first[c]);
+    }
+    for (int i = 0; i < system->place_count; i++) {
+        Vec3 x = vec3_load(start + 3 * i);
+        low = vec3(fmin(low.x, x.x), fmin(low.y, x.y), fmin(low.z, x.z));
+        high = vec3(fmax(high.x, x.x), fmax(high.y, x.y), fmax(high.z, x.z));
+    }
+    system->size = vec3_length(vec3_sub(high, low));
+    for (int h = 0; h < scene->handle_count; h++) {
+        if (!create_handle(system, &scene->handles[h], start, &system->handles[h], error)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+bool system_create(System *system, const Scene *scene, uint64_t seed, Arena *arena, Error *error) {
+    *system = (System){.scene = scene, .arena = arena};
+    if (!create_cloths(system, seed, error)) {
+        return false;
+    }
+    fill_places(system);
+    create_obstacles(system);
+    if (scene->obstacle_count > 0) {
+        system->contact.reference_step = system_stable_step(system);
+    }
+    return create_handles(system, error);
+}
+
+State state_allocate(const System *system, Arena *arena) {
+    int n = 3 * system->place_count, o = system->contact.obstacle_count;
+    return (State){.x = arena_push(arena, double, n),
+                   .v = arena_push(arena, double, n),
+                   .x_before = arena_push(arena, double, n),
+                   .v_before = arena_push(arena, double, n),
+                   .poses = arena_push(arena, Pose, o),
+                   .clocks = arena_push(arena, double, o),
+                   .bristles = arena_push(arena, double, n *o)};
+}
+
+void state_copy(const System *system, State *to, const State *from) {
+    size_t n = 3 * (size_t)system->place_count, o = (size_t)system->contact.obstacle_count;
+    to->time = from->time;
+    to->step_before = from->step_before;
+    memcpy(to->x, from->x, n * sizeof *to->x);
+    memcpy(to->v, from->v, n * sizeof *to->v);
+    memcpy(to->x_before, from->x_before, n * sizeof *to->x);
+    memcpy(to->v_before, from->v_before, n * sizeof *to->x);
+    memcpy(to->poses, from->poses, o * sizeof *to->poses);
+    memcpy(to->clocks, from->clocks, o * sizeof *to->clocks);
+    memcpy(to->bristles, from->bristles, n * o * sizeof *to->bristles);
+}
+
+void state_start(const System *system, State *state) {
+    state->time = state->step_before = 0.0;
+    for (int c = 0; c < system->cloth_count; c++) {
+        const Cloth *cloth = &system->cloths[c];
+        double *x = state->x + 3 * (size_t)system->first[c];
+        double *v = state->v + 3 * (size_t)system->first[c];
+        cloth_start(cloth, x);
+        for (int i = 0; i < cloth->node_count; i++) {
+            vec3_store(v + 3 * i, cloth->def->velocity);
+        }
+    }
+    for (int o = 0; o < system->contact.obstacle_count; o++) {
+        state->poses[o] = contact_pose(&system->contact.obstacles[o], 0.0);
+        state->clocks[o] = 0.0;
+    }
+    for (int h = 0; h < system->handle_count; h++) {
+        for (int i = 0; i < system->handles[h].count; i++) {
+            memset(state->v + 3 * (size_t)system->handles[h].places[i], 0, 3 * sizeof(double));
+        }
+    }
+}
+
+void system_mark_held(const System *system, double time, unsigned char *held) {
+    memset(held, 0, (size_t)system->place_count);
+    for (int c = 0; c < system->cloth_count; c++) {
+        const Cloth *cloth = &system->cloths[c];
+        memset(held + system->first[c] + cloth->node_count, 1, (size_t)cloth->ghost_count);
+    }
+    for (int h = 0; h < system->handle_count; h++) {
+        const Handle *handle = &system->handles[h];
+        for (int i = 0; i < handle->count && time <= handle->def->release; i++) {
+            held[handle->places[i]] = 1;
+        }
+    }
+}
+
+void system_place_held(const System *system, double time, double *x) {
+    for (int h = 0; h < system->handle_count; h++) {
+        const Handle *handle = &system->handles[h];
+        if (time > handle->def->release) {
+            continue;
+        }
+        Pose pose = motion_pose(&handle->def->motion, time);
+        for (int i = 0; i < handle->count; i++) {
+            Vec3 p = pose_apply(pose, vec3_load(handle->start + 3 * i));
+            vec3_store(x + 3 * (size_t)handle->places[i], p);
+        }
+    }
+}
+
+double system_elastic_energy(const System *system, const double *x) {
+    double energy = 0.0;
+    for (int c = 0; c < system->cloth_count; c++) {
+        const Cloth *cloth = &system->cloths[c];
+        energy += cloth->model->energy(cloth, x + 3 * (size_t)system->first[c]);
+    }
+    return energy;
+}
+
+void system_add_gradient(const System *system, const double *x, double *gradient) {
+    for (int c = 0; c < system->cloth_count; c++) {
+        const Cloth *cloth = &system->cloths[c];
+        size_t at = 3 * (size_t)system->first[c];
+        cloth->model->add_gradient(cloth, x + at, gradient + at);
+    }
+}
+
+double system_kinetic_energy(const System *system, const double *v, const unsigned char *held) {
+    double energy = 0.0;
+    for (int i = 0; i < system->place_count; i++) {
+        Vec3 a = vec3_load(v + 3 * i);
+        energy += held[i] ? 0.0 : 0.5 * system->mass[i] * vec3_dot(a, a);
+    }
+    return energy;
+}
+
+double system_gravity_energy(const System *system, const double *x, const unsigned char *held) {
+    double energy = 0.0;
+    for (int i = 0; i < system->place_count; i++) {
+        double height = -vec3_dot(system->scene->gravity, vec3_load(x + 3 * i));
+        energy += held[i] ? 0.0 : system->mass[i] * height;
+    }
+    return energy;
+}
+
+double system_stable_step(const System *system) {
+    double step = INFINITY;
+    for (int c = 0; c < system->cloth_count; c++) {
+        step = fmin(step, system->cloths[c].model->stable_step(&system->cloths[c]));
+    }
+    return step;
+}

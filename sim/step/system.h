@@ -1,0 +1,81 @@
+/* system.h: everything that is given in a simulation, and the state that changes.
+ *
+ * A vector over the system has 3 numbers for each *place*: the nodes of the first cloth, its
+ * ghost nodes, the nodes of the second cloth, ... */
+#ifndef TOILE_STEP_SYSTEM_H
+#define TOILE_STEP_SYSTEM_H
+
+#include "sim/contact/contact.h"
+#include "sim/model/model.h"
+#include "sim/scene/scene.h"
+#include "sim/solve/factor.h"
+
+/* The nodes of one handle. */
+typedef struct Handle {
+    const HandleDef *def;
+    int count;
+    const int *places;   /* (count) nodes, and ghosts for a clamp */
+    const double *start; /* [m] (count x 3) positions at t = 0 */
+} Handle;
+
+typedef struct System {
+    const Scene *scene;
+    Arena *arena; /* lives as long as the system */
+    int cloth_count, handle_count, place_count, node_count;
+    Cloth *cloths;           /* (cloth_count) */
+    int *first;              /* (cloth_count + 1) first place of each cloth */
+    Handle *handles;         /* (handle_count) */
+    double *mass;            /* [kg] (place_count); 0 for ghosts */
+    double *area;            /* [m2] (place_count) */
+    double *damping;         /* [1/s] (place_count) mass damping of the cloth plus drag / density */
+    double contact_distance; /* [m] kept between cloth and obstacles */
+    double weight;           /* [N] of all cloth, the force that tolerances refer to */
+    double size;             /* [m] diagonal of the start positions, the length they refer to */
+    ContactDef contact;      /* obstacles, friction, distance; see contact.h */
+} System;
+
+/* What changes. Copied before a step is tried, so that a bad step can be taken back. */
+typedef struct State {
+    double time;      /* [s] */
+    double *x, *v;    /* [m], [m/s] (place_count x 3) */
+    double *x_before; /* BDF2: one step earlier; valid when step_before > 0 */
+    double *v_before;
+    double step_before; /* [s] length of the last implicit step; 0: none yet */
+    Pose *poses;        /* (obstacle_count) where the obstacles are */
+    double *clocks;     /* [s] (obstacle_count) time in each obstacle's own programme */
+    double *bristles;   /* [m] (place_count x obstacle_count x 3) friction memory, NULL without */
+} State;
+
+/* What happened in one frame; names in statistic_names. */
+typedef struct Statistics {
+    double steps, retries, step_length, newton_iterations, factorisations, residual;
+    double kinetic, elastic, gravity, contact; /* [J] at the end of the frame */
+    double work;                               /* [J] done by handles during the frame */
+    double smallest_gap;                       /* [m] to obstacles; INFINITY when none was near */
+    double truncations, impulses, lag;         /* guard; lag [s] of the slowest obstacle */
+    double cpu;                                /* [s] process time of the frame */
+} Statistics;
+#define STATISTIC_COUNT ((int)(sizeof(Statistics) / sizeof(double)))
+extern const char statistic_names[]; /* one per line, in the order of the struct */
+
+bool system_create(System *system, const Scene *scene, uint64_t seed, Arena *arena, Error *error);
+
+State state_allocate(const System *system, Arena *arena);
+void state_copy(const System *system, State *to, const State *from);
+/* Start of the scene: positions, velocities, obstacles at t = 0. */
+void state_start(const System *system, State *state);
+
+/* Is some handle moving the place at `time`? 1 in held for every such place and every ghost. */
+void system_mark_held(const System *system, double time, unsigned char *held);
+/* Writes the positions that handles ask for at `time` into x (held places only). */
+void system_place_held(const System *system, double time, double *x);
+
+double system_elastic_energy(const System *system, const double *x);
+void system_add_gradient(const System *system, const double *x, double *gradient);
+double system_kinetic_energy(const System *system, const double *v, const unsigned char *held);
+double system_gravity_energy(const System *system, const double *x, const unsigned char *held);
+
+/* [s] smallest stable explicit step of all cloths. */
+double system_stable_step(const System *system);
+
+#endif

@@ -1,0 +1,302 @@
+/* All cloth models, in one loop: derivatives by differences, rigid motion, momentum, and the
+ * explicit sweep against the model's own gradient. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "sim/base/hash.h"
+#include "sim/model/model.h"
+#include "tests/support/check.h"
+#include "tests/support/cloths.h"
+
+enum { MOST = 8 };
+
+typedef struct Case {
+    const char *name;
+    ClothDef def;
+    HandleDef handles[2];
+    int handle_count;
+} Case;
+
+static Case cases[MOST];
+static int case_count;
+
+static void add_case(const char *name, ClothDef def, int clamps) {
+    Case *c = &cases[case_count++];
+    c->name = name;
+    c->def = def;
+    c->handle_count = clamps;
+    for (int h = 0; h < clamps; h++) {
+        c->handles[h] = handle_default();
+        c->handles[h].kind = HANDLE_CLAMP;
+        c->handles[h].region = h == 0 ? REGION_LEFT : REGION_TOP;
+    }
+}
+
+static void make_cases(void) {
+    Fabric f = cloths_orthotropic();
+    add_case("rectangle", cloths_rectangle(0.09, 0.1, 7, 6, f), 0);
+    add_case("clamped", cloths_rectangle(0.09, 0.1, 7, 6, f), 2);
+    add_case("sleeve", cloths_sleeve(0.02, 0.08, 8, 6, false, f), 0);
+    add_case("sleeve, curved rest", cloths_sleeve(0.02, 0.08, 8, 6, true, f), 0);
+    ClothDef corotational = cloths_rectangle(0.09, 0.1, 6, 5, f);
+    corotational.kinematics = KINEMATICS_COROTATIONAL;
+    add_case("corotational", corotational, 0);
+    ClothDef rbf = cloths_rectangle(0.09, 0.1, 7, 6, f);
+    rbf.bending = BENDING_RBF;
+    add_case("rbf bending", rbf, 0);
+    ClothDef scattered = cloths_rectangle(0.09, 0.1, 7, 6, f);
+    scattered.scattered = true;
+    scattered.spacing = 0.015;
+    scattered.jitter = 0.25;
+    add_case("scattered", scattered, 0);
+}
+
+typedef struct Fixture {
+    Arena arena;
+    Cloth cloth;
+    int places; /* nodes and ghosts */
+    double *x;
+} Fixture;
+
+static Fixture fixture(const Case *c, const ClothModel *model, double shake) {
+    Fixture f = {0};
+    ClothDef *def = arena_push(&f.arena, ClothDef, 1);
+    *def = c->def;
+    def->model = model->name;
+    Error error = {0};
+    if (!cloth_create(&f.cloth, def, c->handles, c->handle_count, 7, &f.arena, &error)) {
+        fail_msg("%s: %s", c->name, error.text);
+    }
+    f.places = f.cloth.node_count + f.cloth.ghost_count;
+    f.x = arena_push(&f.arena, double, 3 * f.places);
+    cloth_start(&f.cloth, f.x);
+    cloths_shake(f.x, f.places, shake, 11);
+    return f;
+}
+
+typedef void TestBody(const Case *c, const ClothModel *model);
+
+static void for_all(TestBody *body) {
+    for (const ClothModel *const *model = cloth_models; *model; model++) {
+        for (int i = 0; i < case_count; i++) {
+            print_message("  %s, %s\n", (*model)->name, cases[i].name);
+            body(&cases[i], *model);
+        }
+    }
+}
+
+static double norm(const double *a, int count) {
+    double sum = 0.0;
+    for (int i = 0; i < count; i++) {
+        sum += a[i] * a[i];
+    }
+    return sqrt(sum);
+}
+
+static void gradient_case(const Case *c, const ClothModel *model) {
+    Fixture f = fixture(c, model, 2e-3);
+    int n = 3 * f.places;
+    double *g = arena_push(&f.arena, double, n), *d = arena_push(&f.arena, double, n);
+    double *y = arena_push(&f.arena, double, n);
+    model->add_gradient(&f.cloth, f.x, g);
+    double worst = 0.0, scale = norm(g, n);
+    for (int trial = 0; trial < 6; trial++) {
+        double step = 1e-6, along = 0.0, side[2];
+        for (int i = 0; i < n; i++) {
+            d[i] = hash_random((uint64_t)trial + 100, (uint64_t)i);
+            along += d[i] * g[i];
+        }
+        for (int s = 0; s < 2; s++) {
+            for (int i = 0; i < n; i++) {
+                y[i] = f.x[i] + (s ? -step : step) * d[i];
+            }
+            side[s] = model->energy(&f.cloth, y);
+        }
+        worst = fmax(worst, fabs((side[0] - side[1]) / (2 * step) - along) / (scale * norm(d, n)));
+    }
+    CHECK_AT_MOST(worst, 1e-7);
+    arena_free(&f.arena);
+}
+
+static void test_gradient(void **unused) {
+    (void)unused;
+    for_all(gradient_case);
+}
+
+/* K d from the assembled matrix against differences of the gradient, for solved nodes. Where the
+ * tangent is by design not the exact Hessian (rest curvature, corotation, deferred bending) only
+ * the rest state is exact. */
+static void hessian_case(const Case *c, const ClothModel *model) {
+    bool exact = c->def.kinematics == KINEMATICS_GREEN && !c->def.shape.rest_curved &&
+                 !(c->def.bending == BENDING_RBF && !c->def.scattered);
+    if (!exact) {
+        return;
+    }
+    Fixture f = fixture(c, model, 2e-3);
+    int n = 3 * f.places, pair_count = model->couple(&f.cloth, NULL);
+    int *pairs = malloc(2 * (size_t)pair_count * sizeof *pairs);
+    model->couple(&f.cloth, pairs);
+    BlockMatrix matrix = block_matrix_create(f.places, pairs, pair_count, &f.arena);
+    free(pairs);
+    model->bind_hessian(&f.cloth, &matrix, 0, &f.arena);
+    double *stress = arena_push(&f.arena, double, f.cloth.strain_count);
+    model->stress(&f.cloth, f.x, stress);
+    model->add_hessian(&f.cloth, f.x, stress, false, matrix.values);
+    double *d = arena_push(&f.arena, double, n), *y = arena_push(&f.arena, double, n);
+    double *kd = arena_push(&f.arena, double, n), *sides = arena_push(&f.arena, double, 2 * n);
+    for (int i = 0; i < 3 * f.cloth.node_count; i++) {
+        d[i] = hash_random(5, (uint64_t)i);
+    }
+    double step = 1e-6, error = 0.0;
+    for (int s = 0; s < 2; s++) {
+        for (int i = 0; i < n; i++) {
+            y[i] = f.x[i] + (s ? -step : step) * d[i];
+        }
+        model->add_gradient(&f.cloth, y, sides + s * n);
+    }
+    block_matrix_multiply(&matrix, d, kd);
+    for (int i = 0; i < 3 * f.cloth.node_count; i++) {
+        error = fmax(error, fabs((sides[i] - sides[n + i]) / (2 * step) - kd[i]));
+    }
+    CHECK_AT_MOST(error / norm(kd, n), 1e-7);
+    arena_free(&f.arena);
+}
+
+static void test_hessian(void **unused) {
+    (void)unused;
+    for_all(hessian_case);
+}
+
+/* rigid motion changes neither energy nor the size of forces; no net force, no net torque */
+static void rigid_case(const Case *c, const ClothModel *model) {
+    Fixture f = fixture(c, model, 2e-3);
+    int n = 3 * f.places;
+    double *g = arena_push(&f.arena, double, n), *h = arena_push(&f.arena, double, n);
+    double *y = arena_push(&f.arena, double, n);
+    Pose pose = {{0.3, -0.2, 0.9}, quat_from_axis_angle(vec3(1, 2, -1), 2.1)};
+    for (int i = 0; i < f.places; i++) {
+        vec3_store(y + 3 * i, pose_apply(pose, vec3_load(f.x + 3 * i)));
+    }
+    double energy = model->energy(&f.cloth, f.x), moved = model->energy(&f.cloth, y);
+    CHECK_AT_MOST(fabs(energy - moved) / energy, 1e-11);
+    model->add_gradient(&f.cloth, f.x, g);
+    model->add_gradient(&f.cloth, y, h);
+    double worst = 0.0, size = 0.0;
+    Vec3 force = {0}, torque = {0};
+    for (int i = 0; i < f.places; i++) {
+        Vec3 turned = quat_rotate(pose.turn, vec3_load(g + 3 * i)), at = vec3_load(h + 3 * i);
+        worst = fmax(worst, vec3_length(vec3_sub(turned, at)));
+        size += vec3_length(at);
+        force = vec3_add(force, vec3_load(g + 3 * i));
+        torque = vec3_add(torque, vec3_cross(vec3_load(f.x + 3 * i), vec3_load(g + 3 * i)));
+    }
+    CHECK_AT_MOST(worst / size, 1e-12);
+    CHECK_AT_MOST(vec3_length(force) / size, 1e-12);
+    CHECK_AT_MOST(vec3_length(torque) / (size * 0.1), 1e-12);
+    arena_free(&f.arena);
+}
+
+static void test_rigid(void **unused) {
+    (void)unused;
+    for_all(rigid_case);
+}
+
+/* the start is the rest state (not for a sleeve made of a flat panel) */
+static void rest_case(const Case *c, const ClothModel *model) {
+    if (c->def.shape.kind == SHAPE_SLEEVE && !c->def.shape.rest_curved) {
+        return;
+    }
+    Fixture f = fixture(c, model, 0.0);
+    int n = 3 * f.places;
+    double *g = arena_push(&f.arena, double, n);
+    model->add_gradient(&f.cloth, f.x, g);
+    double scale = f.cloth.material.c11 * f.cloth.panel.h1;
+    CHECK_AT_MOST(norm(g, n) / scale, 1e-11);
+    arena_free(&f.arena);
+}
+
+static void test_rest(void **unused) {
+    (void)unused;
+    for_all(rest_case);
+}
+
+static void sweep_setup(const Fixture *f, Arena *arena, Lanes *lanes, SweepLattice *lattice,
+                        int *slots) {
+    *lattice = *f->cloth.lattice;
+    lattice->first = lattice->stride + LANE_MARGIN;
+    *lanes = lanes_create((lattice->nv + 2) * lattice->stride + LANE_MARGIN, arena);
+    int outside[4] = {-1, 1, -lattice->stride, lattice->stride};
+    for (int i = 0; i < f->places; i++) {
+        if (i < f->cloth.node_count) {
+            slots[i] = lattice->first + i / lattice->nu * lattice->stride + i % lattice->nu;
+        } else {
+            const Ghost *ghost = &f->cloth.ghosts[i - f->cloth.node_count];
+            slots[i] = slots[ghost->border] + outside[ghost->side];
+        }
+        for (int a = 0; a < 3; a++) {
+            lanes->x[a][slots[i]] = f->x[3 * i + a];
+        }
+        lanes->weight[slots[i]] = 1.0;
+    }
+    sweep_wrap_rows(lattice, lanes->x);
+}
+
+/* one kick of 1 s with unit masses gives the force: minus the gradient; same bits for every
+ * kernel and however the rows are cut */
+static void sweep_case(const Case *c, const ClothModel *model) {
+    Fixture f = fixture(c, model, 2e-3);
+    if (!f.cloth.lattice) {
+        arena_free(&f.arena);
+        return;
+    }
+    int n = 3 * f.places, *slots = arena_push(&f.arena, int, f.places);
+    double *g = arena_push(&f.arena, double, n), *first = arena_push(&f.arena, double, n);
+    model->add_gradient(&f.cloth, f.x, g);
+    if (model->add_rest_gradient) {
+        double *rest = arena_push(&f.arena, double, n);
+        model->add_rest_gradient(&f.cloth, f.x, rest);
+        for (int i = 0; i < n; i++) {
+            g[i] -= rest[i];
+        }
+    }
+    for (const SweepKernel *const *kernel = sweep_kernels; *kernel; kernel++) {
+        for (int cut = 0; cut < 3 && sweep_kernel_runs_here(*kernel); cut++) {
+            Lanes lanes;
+            SweepLattice lattice;
+            sweep_setup(&f, &f.arena, &lanes, &lattice, slots);
+            SweepKick kick = {1.0, {0, 0, 0}, 1.0};
+            double *buffer =
+                arena_push(&f.arena, double, SWEEP_BUFFER_ROWS *lattice.stride + LANE_MARGIN);
+            int middle = cut == 0 ? lattice.nv : cut;
+            (*kernel)->kick(&lattice, &lanes, &kick, 0, middle, buffer);
+            if (middle < lattice.nv) {
+                (*kernel)->kick(&lattice, &lanes, &kick, middle, lattice.nv, buffer);
+            }
+            double worst = 0.0;
+            bool reference = kernel == sweep_kernels && cut == 0;
+            for (int i = 0; i < 3 * f.cloth.node_count; i++) {
+                double v = lanes.v[i % 3][slots[i / 3]];
+                worst = fmax(worst, fabs(v + g[i]));
+                first[i] = reference ? v : first[i];
+                assert_true(memcmp(&v, &first[i], sizeof v) == 0);
+            }
+            CHECK_AT_MOST(worst / norm(g, n), 1e-12);
+        }
+    }
+    arena_free(&f.arena);
+}
+
+static void test_sweep(void **unused) {
+    (void)unused;
+    for_all(sweep_case);
+}
+
+int main(void) {
+    make_cases();
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_gradient), cmocka_unit_test(test_hessian),
+        cmocka_unit_test(test_rigid),    cmocka_unit_test(test_rest),
+        cmocka_unit_test(test_sweep),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
