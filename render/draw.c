@@ -8,12 +8,16 @@
 #include "render/gl.h"
 #include "sim/base/hash.h"
 
+#define DRAW_VERSION 1 /* raised when the C code changes what pictures look like */
+
 struct Drawer {
     Arena arena;
     Run *run;
     DrawDef def;
     Camera camera;
-    Painter *painter;
+    const Look **looks; /* (cloth_count) */
+    PaintProp *props;   /* (obstacle_count) */
+    Painter *painter;   /* NULL until the first frame is drawn */
     Resampler *resampler;
     int layout_index; /* of the resampler; -1 = none */
     int drawn;        /* index of the frame in `image`; -1 = none */
@@ -28,18 +32,20 @@ bool draw_needs_end(Run *run, Error *error) {
     return camera_needs_reach(&state_header(run->reader)->film, !isnan(floor));
 }
 
-static bool find_looks(const Drawer *drawer, const Look **wanted, Error *error) {
+static bool find_looks(Drawer *drawer, Error *error) {
     const StateHeader *header = state_header(drawer->run->reader);
     for (int i = 0; i < header->cloth_count; i++) {
-        wanted[i] = look_find(drawer->def.look ? drawer->def.look : header->cloths[i].look, error);
-        if (!wanted[i]) {
+        drawer->looks[i] =
+            look_find(drawer->def.look ? drawer->def.look : header->cloths[i].look, error);
+        if (!drawer->looks[i]) {
             return false;
         }
     }
     return true;
 }
 
-static bool find_props(const Drawer *drawer, PaintProp *props, int floor_obstacle, Error *error) {
+static bool find_props(Drawer *drawer, int floor_obstacle, Error *error) {
+    PaintProp *props = drawer->props;
     const StateHeader *header = state_header(drawer->run->reader);
     for (int i = 0; i < header->obstacle_count; i++) {
         bool hidden = header->film.floor && i == floor_obstacle;
@@ -66,28 +72,37 @@ static bool find_camera(Drawer *drawer, double floor, Error *error) {
 
 static bool set_up(Drawer *drawer, Error *error) {
     const StateHeader *header = state_header(drawer->run->reader);
-    const Look **wanted = arena_push(&drawer->arena, const Look *, header->cloth_count);
-    PaintProp *props = arena_push(&drawer->arena, PaintProp, header->obstacle_count);
+    drawer->looks = arena_push(&drawer->arena, const Look *, header->cloth_count);
+    drawer->props = arena_push(&drawer->arena, PaintProp, header->obstacle_count);
     Error none = {0};
     int floor_obstacle;
     double floor = run_floor(drawer->run, &floor_obstacle, &none);
     if (none.code != EXIT_OK) {
         return error_set(error, none.code, "%s", none.text);
     }
-    if (!find_looks(drawer, wanted, error) || !find_props(drawer, props, floor_obstacle, error) ||
-        !find_camera(drawer, floor, error) || !gl_open(drawer->def.threads, error)) {
-        return false;
+    return find_looks(drawer, error) && find_props(drawer, floor_obstacle, error) &&
+           find_camera(drawer, floor, error);
+}
+
+/* The driver is started for the first frame that really has to be drawn. */
+static bool start_painter(Drawer *drawer, Error *error) {
+    if (drawer->painter) {
+        return true;
     }
+    const StateHeader *header = state_header(drawer->run->reader);
     PaintDef def = {.width = drawer->def.width,
                     .height = drawer->def.height,
                     .quality = drawer->def.quality,
                     .camera = drawer->camera,
                     .floor = header->film.floor,
                     .cloth_count = header->cloth_count,
-                    .looks = wanted,
+                    .looks = drawer->looks,
                     .prop_count = header->obstacle_count,
-                    .props = props};
-    drawer->painter = paint_create(&def, error);
+                    .props = drawer->props};
+    drawer->painter = gl_open(drawer->def.threads, error) ? paint_create(&def, error) : NULL;
+    if (drawer->painter && drawer->times) {
+        paint_measure(drawer->painter, drawer->times->paint);
+    }
     return drawer->painter != NULL;
 }
 
@@ -129,7 +144,54 @@ int draw_triangles(const Drawer *drawer) {
 
 void draw_measure(Drawer *drawer, DrawTimes *times) {
     drawer->times = times;
-    paint_measure(drawer->painter, times ? times->paint : NULL);
+    if (drawer->painter) {
+        paint_measure(drawer->painter, times ? times->paint : NULL);
+    }
+}
+
+bool draw_frame_key(Drawer *drawer, int index, uint64_t *key, Error *error) {
+    const StateHeader *header = state_header(drawer->run->reader);
+    const Camera *c = &drawer->camera;
+    const Quality *quality = drawer->def.quality;
+    uint64_t frame;
+    if (!run_hash(drawer->run, index, index + 1, &frame, error)) {
+        return false;
+    }
+    double numbers[] = {c->eye.x,
+                        c->eye.y,
+                        c->eye.z,
+                        c->forward.x,
+                        c->forward.y,
+                        c->forward.z,
+                        c->up.x,
+                        c->up.y,
+                        c->up.z,
+                        c->half_x,
+                        c->half_y,
+                        c->distance,
+                        c->perspective,
+                        c->floor_height,
+                        header->film.floor,
+                        header->film.rate,
+                        drawer->def.width,
+                        drawer->def.height,
+                        quality->samples,
+                        quality->triangle_cap,
+                        quality->blocker_taps,
+                        quality->filter_taps,
+                        quality->shadow_size};
+    uint64_t parts[] = {frame, shader_hash(), hash_bytes(numbers, sizeof numbers), 0,
+                        0,     DRAW_VERSION};
+    for (int i = 0; i < header->cloth_count; i++) {
+        uint64_t both[2] = {parts[3], look_hash(drawer->looks[i])};
+        parts[3] = hash_bytes(both, sizeof both);
+    }
+    for (int i = 0; i < header->obstacle_count; i++) {
+        uint64_t both[2] = {parts[4], prop_look_hash(drawer->props[i].look)};
+        parts[4] = hash_bytes(both, sizeof both);
+    }
+    *key = hash_bytes(parts, sizeof parts);
+    return true;
 }
 
 static double cpu_seconds(void) {
@@ -165,6 +227,9 @@ const Image *draw_frame(Drawer *drawer, int index, Error *error) {
     if (drawer->drawn >= 0 && shown == drawer->shown && layout_index == drawer->layout_index &&
         !drawer->times) {
         return &drawer->image;
+    }
+    if (!start_painter(drawer, error)) {
+        return NULL;
     }
     use_layout(drawer, &layout, layout_index);
     double read = cpu_seconds();

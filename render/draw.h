@@ -16,7 +16,7 @@ typedef struct Drawer Drawer;
 
 /* Prepares to draw a run whose first frame is there. An automatic camera or floor looks at all
  * frames that the run has now, so the caller waits for its end first (draw_needs_end).
- * Errors: EXIT_BAD_INPUT (unknown looks), EXIT_MISSING_INPUT (no driver). */
+ * Errors: EXIT_BAD_INPUT (unknown looks). */
 Drawer *draw_create(Run *run, const DrawDef *def, Error *error);
 void draw_destroy(Drawer *drawer);
 
@@ -27,7 +27,10 @@ int draw_width(const Drawer *drawer);
 int draw_height(const Drawer *drawer);
 int draw_triangles(const Drawer *drawer); /* of the surface drawn last */
 
-/* Draws frame `index`. The image belongs to the drawer and is valid until the next call; a frame
+/* Changes whenever the picture of frame `index` would: states, film, looks, quality, shaders. */
+bool draw_frame_key(Drawer *drawer, int index, uint64_t *key, Error *error);
+
+/* Draws frame `index`. Errors: EXIT_MISSING_INPUT (no GL driver), as state_read_frame. The image belongs to the drawer and is valid until the next call; a frame
  * that shows the same as the last one is not drawn again. NULL: error. */
 const Image *draw_frame(Drawer *drawer, int index, Error *error);
 

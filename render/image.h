@@ -35,6 +35,8 @@ bool image_read_png(const char *path, Image *image, Error *error);
  * such file, or it is no PNG. */
 bool image_read_png_text(const char *path, const char *key, char *text, int size);
 
+void image_print_versions(FILE *out); /* of libpng, one line */
+
 /* ---- differences (recipe of the golden pictures) ---- */
 
 typedef struct ImageDifference {

@@ -178,3 +178,5 @@ bool image_read_png_text(const char *path, const char *key, char *text, int size
     reader_close(&reader);
     return found;
 }
+
+void image_print_versions(FILE *out) { fprintf(out, "libpng %s\n", png_get_libpng_ver(NULL)); }

@@ -1,8 +1,10 @@
 #include "render/look.h"
 
 #include <math.h>
+#include <stddef.h>
 #include <string.h>
 
+#include "sim/base/hash.h"
 #include "sim/base/text.h"
 
 #define COUNT(array) ((int)(sizeof(array) / sizeof(array)[0]))
@@ -186,6 +188,14 @@ const PropLook *prop_look_find(const char *name, Error *error) {
     }
     unknown("obstacle", name, names, error);
     return NULL;
+}
+
+uint64_t look_hash(const Look *look) {
+    return hash_bytes(look->warp, sizeof *look - offsetof(Look, warp));
+}
+
+uint64_t prop_look_hash(const PropLook *look) {
+    return hash_bytes(look->base, sizeof *look - offsetof(PropLook, base));
 }
 
 static void set(float out[4], const float rgb[3], float w) {

@@ -5,6 +5,7 @@
 #define TOILE_RENDER_LOOK_H
 
 #include <stdbool.h>
+#include <stdint.h>
 
 #include "sim/base/error.h"
 
@@ -43,6 +44,10 @@ extern const int prop_look_count;
 /* By name. Unknown names are the states file's fault: EXIT_BAD_INPUT, with the nearest name. */
 const Look *look_find(const char *name, Error *error);
 const PropLook *prop_look_find(const char *name, Error *error);
+
+/* Of all numbers of a look. */
+uint64_t look_hash(const Look *look);
+uint64_t prop_look_hash(const PropLook *look);
 
 /* std140 twins of the blocks in cloth.frag.glsl and prop.frag.glsl. */
 typedef struct ClothBlock {

@@ -1,0 +1,46 @@
+/* command.h: the verbs of toile-render and what can be said on their command lines. */
+#ifndef TOILE_RENDER_COMMAND_H
+#define TOILE_RENDER_COMMAND_H
+
+#include "render/draw.h"
+#include "sim/base/progress.h"
+
+#define TOILE_VERSION "0.1.0"
+
+typedef struct Options {
+    RunDef run;         /* RUN, --follow, --writer PID, --patience S */
+    const char *output; /* -o FILE */
+    int first, last;    /* --frames A-B, from 0; last -1 = to the end */
+    bool frames_given;
+    int width, height;       /* [px] --size WxH; 0 = the film's */
+    const Quality *quality;  /* --quality; standard */
+    const char *look;        /* --look NAME, instead of the cloths' own; NULL */
+    int threads;             /* --threads; all processors */
+    int count;               /* --count, pictures on a contact sheet; 12 */
+    bool force, json, quiet; /* --force --json --quiet */
+    ProgressKind progress;   /* --progress=auto|json|none */
+} Options;
+
+Options options_default(void);
+
+/* One verb. Returns an exit code; on failure the error is filled in and printed by main. */
+typedef struct Command {
+    const char *name, *usage, *about;
+    ExitCode (*run)(const Options *options, Error *error);
+    bool hidden;
+} Command;
+
+extern const Command commands[];
+extern const int command_count;
+
+ExitCode command_render(const Options *options, Error *error);
+ExitCode command_sheet(const Options *options, Error *error);
+ExitCode command_looks(const Options *options, Error *error);
+ExitCode command_versions(const Options *options, Error *error);
+ExitCode command_bench(const Options *options, Error *error);
+
+/* Opens the run, waits as long as the pictures need, and prepares to draw it. *end: how the run
+ * ended, RUN_FRAME while it is still going. NULL: error. */
+Drawer *command_open(const Options *options, Run *run, RunEnd *end, Error *error);
+
+#endif

@@ -1,0 +1,156 @@
+/* bench: what the stages of a frame cost. versions: what the program is built from. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "render/command.h"
+#include "render/gl.h"
+#include "render/video.h"
+
+#define BENCH_ROUNDS 5 /* each number is the smallest of so many */
+#define BENCH_STAGES (PAINT_STAGE_COUNT + 3)
+#define ENCODE_FRAMES 12 /* encoded at once: encoders look ahead */
+
+typedef struct Bench {
+    const char *names[BENCH_STAGES];
+    double best[BENCH_STAGES]; /* [s] CPU time a frame */
+    int triangles, width, height;
+} Bench;
+
+static double cpu_seconds(void) {
+    struct timespec now;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+static void keep_best(Bench *bench, const DrawTimes *times) {
+    double now[PAINT_STAGE_COUNT + 2] = {times->read, times->resample};
+    memcpy(now + 2, times->paint, sizeof times->paint);
+    for (int i = 0; i < PAINT_STAGE_COUNT + 2; i++) {
+        bench->best[i] = fmin(bench->best[i], now[i] / times->frames);
+    }
+}
+
+static bool time_drawing(Bench *bench, Drawer *drawer, int first, int count, Error *error) {
+    for (int round = -1; round < BENCH_ROUNDS; round++) { /* round -1 warms up */
+        DrawTimes times = {0};
+        draw_measure(drawer, &times);
+        for (int i = 0; i < count; i++) {
+            if (!draw_frame(drawer, first + i, error)) {
+                return false;
+            }
+        }
+        if (round >= 0) {
+            keep_best(bench, &times);
+        }
+    }
+    return true;
+}
+
+/* H.264 of a few frames, drawing left out of the account. */
+static bool time_encoding(Bench *bench, Drawer *drawer, int first, int count, Error *error) {
+    char path[] = "/tmp/toile-bench-XXXXXX.mp4";
+    int file = mkstemps(path, 4);
+    if (file < 0) {
+        return error_set_errno(error, EXIT_IO, "%s", path);
+    }
+    close(file);
+    double start = cpu_seconds(), spent = 0.0;
+    Video *video =
+        video_create(path, video_format_of(path), bench->width, bench->height, 30.0, error);
+    spent += cpu_seconds() - start;
+    bool good = video != NULL;
+    for (int i = 0; good && i < ENCODE_FRAMES; i++) {
+        const Image *image = draw_frame(drawer, first + i % count, error);
+        start = cpu_seconds();
+        good = image && video_write(video, image, error);
+        spent += cpu_seconds() - start;
+    }
+    start = cpu_seconds();
+    if (good) {
+        good = video_close(video, NULL, error);
+    } else {
+        video_abandon(video);
+    }
+    spent += cpu_seconds() - start;
+    unlink(path);
+    bench->best[BENCH_STAGES - 1] = spent / ENCODE_FRAMES;
+    return good;
+}
+
+static void print_row(const Bench *bench, const Options *options, const char *quantity,
+                      double seconds, double limit_ms) {
+    char reference[32] = "", error[32] = "";
+    if (limit_ms > 0.0) {
+        snprintf(reference, sizeof reference, "%g", limit_ms);
+        snprintf(error, sizeof error, "%.3f", 1e3 * seconds / limit_ms - 1.0);
+    }
+    printf("render,%s,mesh,,%d,,%s_ms,%.3f,%s,%s,%.6f,%dx%d\n", options->quality->name,
+           bench->triangles, quantity, 1e3 * seconds, reference, error, seconds, bench->width,
+           bench->height);
+}
+
+#define LIMIT_FRAME_MS 400.0 /* of a standard frame of 1280 x 720 and 100k triangles */
+#define LIMIT_OUTPUT_MS 25.0 /* of it: reading back and encoding */
+
+static void print_bench(const Bench *bench, const Options *options) {
+    double total = 0.0;
+    bool judged = strcmp(options->quality->name, QUALITY_DEFAULT) == 0 && bench->width == 1280;
+    printf("suite,case,model,stepper,nodes,dt,quantity,value,reference,error,cpu_s,note\n");
+    for (int i = 0; i < BENCH_STAGES; i++) {
+        print_row(bench, options, bench->names[i], bench->best[i], 0.0);
+        total += bench->best[i];
+    }
+    double output = bench->best[PAINT_READ + 2] + bench->best[BENCH_STAGES - 1];
+    print_row(bench, options, "read_back_and_encode", output, judged ? LIMIT_OUTPUT_MS : 0.0);
+    print_row(bench, options, "frame", total, judged ? LIMIT_FRAME_MS : 0.0);
+}
+
+ExitCode command_bench(const Options *options, Error *error) {
+    Run run = {0};
+    RunEnd end;
+    Options alone = *options;
+    alone.threads = 1; /* costs are those of one core */
+    Drawer *drawer = command_open(&alone, &run, &end, error);
+    bool good = drawer != NULL;
+    if (good) {
+        Bench bench = {.names = {"read_states", "resample"},
+                       .width = draw_width(drawer),
+                       .height = draw_height(drawer)};
+        for (int i = 0; i < PAINT_STAGE_COUNT; i++) {
+            bench.names[i + 2] = paint_stage_names[i];
+        }
+        bench.names[BENCH_STAGES - 1] = "encode_h264";
+        for (int i = 0; i < BENCH_STAGES; i++) {
+            bench.best[i] = INFINITY;
+        }
+        int last = state_frame_count(run.reader) - 1;
+        int first = options->first < last ? options->first : last;
+        int count = last - first + 1 < 3 ? last - first + 1 : 3;
+        good = time_drawing(&bench, drawer, first, count, error);
+        bench.triangles = draw_triangles(drawer);
+        draw_measure(drawer, NULL);
+        good = good && time_encoding(&bench, drawer, first, count, error);
+        if (good) {
+            print_bench(&bench, options);
+        }
+    }
+    draw_destroy(drawer);
+    run_close(&run);
+    return good ? EXIT_OK : error->code;
+}
+
+ExitCode command_versions(const Options *options, Error *error) {
+    (void)options;
+    if (gl_open(0, error)) {
+        printf("%s\n", gl_describe());
+    } else {
+        printf("no OpenGL: %s\n", error->text);
+    }
+    video_print_versions(stdout);
+    image_print_versions(stdout);
+    return EXIT_OK;
+}

@@ -1,0 +1,55 @@
+/* video.h: H.264 in mp4 and VP9 in webm through FFmpeg's libraries; the only file that knows them.
+ *
+ * Colours are BT.709, limited range, tagged so on the stream; pictures are 4:2:0. One encoder
+ * thread and bit-exact flags: the same pictures give the same file.
+ */
+#ifndef TOILE_RENDER_VIDEO_H
+#define TOILE_RENDER_VIDEO_H
+
+#include "render/image.h"
+
+typedef struct VideoFormat {
+    const char *ending; /* of the file name, without the dot */
+    const char *about;
+    const char *muxer, *encoder;
+    const char *options; /* of the encoder: "key=value:key=value" */
+    const char *muxer_options;
+} VideoFormat;
+
+extern const VideoFormat video_formats[];
+extern const int video_format_count;
+
+/* By the ending of a file name; NULL if it is no video. */
+const VideoFormat *video_format_of(const char *path);
+
+typedef struct Video Video;
+
+/* Starts a file. Width and height must be even. Errors: EXIT_IO; EXIT_MISSING_INPUT when FFmpeg
+ * was built without the encoder. */
+Video *video_create(const char *path, const VideoFormat *format, int width, int height, double rate,
+                    Error *error);
+bool video_write(Video *video, const Image *image, Error *error);
+/* Ends the file and frees; comment: its metadata entry, may be NULL (mp4 only). */
+bool video_close(Video *video, const char *comment, Error *error);
+/* Frees without ending the file. */
+void video_abandon(Video *video);
+
+/* The comment of a video file into text (size bytes); false if there is none. */
+bool video_read_comment(const char *path, char *text, int size);
+
+/* What a player would find in a file. */
+typedef struct VideoInfo {
+    int width, height, frames; /* decoded frames */
+    double rate;               /* [1/s] */
+    char codec[32], pixel_format[32], range[16], space[16], primaries[16], transfer[16];
+    bool index_first; /* mp4: the index stands before the pictures (fast start) */
+} VideoInfo;
+
+/* Decodes a whole file; if frame >= 0, also gives that picture. Errors: EXIT_MISSING_INPUT,
+ * EXIT_BAD_INPUT. */
+bool video_probe(const char *path, VideoInfo *info, int frame, Image *image, Error *error);
+
+/* Versions of the libraries, one line each. */
+void video_print_versions(FILE *out);
+
+#endif
