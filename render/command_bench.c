@@ -12,7 +12,7 @@
 
 #define BENCH_ROUNDS 5 /* each number is the smallest of so many */
 #define BENCH_STAGES (PAINT_STAGE_COUNT + 3)
-#define ENCODE_FRAMES 12 /* encoded at once: encoders look ahead */
+#define ENCODE_FRAMES 24 /* encoded at once: encoders look ahead */
 
 typedef struct Bench {
     const char *names[BENCH_STAGES];
@@ -133,7 +133,7 @@ ExitCode command_bench(const Options *options, Error *error) {
         good = time_drawing(&bench, drawer, first, count, error);
         bench.triangles = draw_triangles(drawer);
         draw_measure(drawer, NULL);
-        good = good && time_encoding(&bench, drawer, first, count, error);
+        good = good && time_encoding(&bench, drawer, first, last - first + 1, error);
         if (good) {
             print_bench(&bench, options);
         }

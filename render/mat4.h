@@ -36,6 +36,11 @@ static inline Mat4 mat4_from_pose(Pose pose) {
                    pose.shift.z, 1}};
 }
 
+static inline Pose pose_inverse(Pose pose) {
+    Quat back = quat_inverse(pose.turn);
+    return (Pose){vec3_scale(-1.0, quat_rotate(back, pose.shift)), back};
+}
+
 /* (x, y, z, w) of m (p, 1) */
 static inline void mat4_apply(const Mat4 *m, Vec3 p, double out[4]) {
     for (int row = 0; row < 4; row++) {

@@ -30,6 +30,11 @@ const Quality *quality_find(const char *name) {
 }
 
 Painter *paint_create(const PaintDef *def, Error *error) {
+    if (def->cloth_count + def->prop_count > PAINT_MOST_THINGS) {
+        error_set(error, EXIT_BAD_INPUT, "%d cloths and obstacles; at most %d can be drawn",
+                  def->cloth_count + def->prop_count, PAINT_MOST_THINGS);
+        return NULL;
+    }
     Painter *painter = calloc(1, sizeof *painter);
     ASSERT(painter);
     painter->def = *def;
@@ -72,18 +77,6 @@ void paint_set_surface(Painter *painter, const Surface *surface) {
 
 void paint_measure(Painter *painter, double times[PAINT_STAGE_COUNT]) { painter->times = times; }
 
-static StageBox prop_box(const Painter *painter, int prop, Pose pose) {
-    StageBox box = stage_box_empty();
-    const StageBox *local = &painter->prop_buffers[prop].box;
-    for (int corner = 0; corner < 8 && !painter->props[prop].hidden; corner++) {
-        Vec3 p = vec3(corner & 1 ? local->high.x : local->low.x,
-                      corner & 2 ? local->high.y : local->low.y,
-                      corner & 4 ? local->high.z : local->low.z);
-        stage_box_add(&box, pose_apply(pose, p));
-    }
-    return box;
-}
-
 static double clamp(double x, double low, double high) {
     return x < low ? low : x > high ? high : x;
 }
@@ -105,7 +98,7 @@ static FrameView look_at_frame(Painter *painter, const Surface *surface, const P
                                 vec3(surface->high[0], surface->high[1], surface->high[2])};
     view.all_box = view.cloth_box;
     for (int i = 0; i < painter->def.prop_count; i++) {
-        StageBox box = prop_box(painter, i, poses[i]);
+        StageBox box = passes_prop_box(painter, i, poses[i]);
         stage_box_join(&view.all_box, &box);
     }
     Stage *stage = &painter->stage;
@@ -115,7 +108,7 @@ static FrameView look_at_frame(Painter *painter, const Surface *surface, const P
     double reach = stage_occlusion_reach(stage), penumbra = stage_penumbra_reach(stage, texels);
     view.dynamic = screen_box_empty();
     for (int i = -1; i < painter->def.prop_count; i++) {
-        StageBox box = i < 0 ? view.cloth_box : prop_box(painter, i, poses[i]);
+        StageBox box = i < 0 ? view.cloth_box : passes_prop_box(painter, i, poses[i]);
         screen_box_add(&view.dynamic, stage, &box, reach);
         screen_box_add_shadow(&view.dynamic, stage, &box, penumbra);
     }

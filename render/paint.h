@@ -63,7 +63,9 @@ extern const char *const paint_stage_names[PAINT_STAGE_COUNT];
 
 typedef struct Painter Painter;
 
-/* Errors: EXIT_OUR_BUG when a shader does not compile. */
+#define PAINT_MOST_THINGS 255 /* cloths and props: the stencil tells them apart */
+
+/* Errors: EXIT_BAD_INPUT for too many things; EXIT_OUR_BUG when a shader does not compile. */
 Painter *paint_create(const PaintDef *def, Error *error);
 void paint_destroy(Painter *painter);
 

@@ -9,6 +9,7 @@
 #define FLOOR_FILTER_TAPS 16
 #define OFFSET_SLOPE 1.5f /* polygon offset of the shadow map, per slope and per depth unit */
 #define OFFSET_UNITS 2.0f
+#define STENCIL_MASK 0xff
 #define FILTER_BORDER 6 /* [px] free border for the blur and look-ups between texels */
 
 bool passes_create_programs(Painter *painter, Error *error) {
@@ -34,7 +35,8 @@ bool passes_create_programs(Painter *painter, Error *error) {
         {&programs->soften, SHADER_FULLSCREEN, SHADER_SOFTEN, ""},
         {&programs->gbuffer, SHADER_GBUFFER_VERTEX, SHADER_GBUFFER_FRAGMENT, ""},
         {&programs->cloth, SHADER_FULLSCREEN, SHADER_CLOTH, taps},
-        {&programs->prop, SHADER_PROP_VERTEX, SHADER_PROP_FRAGMENT, taps},
+        {&programs->prop_words, SHADER_PROP_VERTEX, SHADER_PROP_WORDS, ""},
+        {&programs->prop, SHADER_FULLSCREEN, SHADER_PROP, taps},
         {&programs->composite, SHADER_FULLSCREEN, SHADER_COMPOSITE, ""},
     };
     for (size_t i = 0; i < sizeof list / sizeof *list; i++) {
@@ -47,7 +49,8 @@ bool passes_create_programs(Painter *painter, Error *error) {
     programs->depth_model_clip = gl.GetUniformLocation(programs->depth, "model_clip");
     programs->blur_direction = gl.GetUniformLocation(programs->blur, "direction");
     programs->gbuffer_panel_scale = gl.GetUniformLocation(programs->gbuffer, "panel_scale");
-    programs->prop_model_world = gl.GetUniformLocation(programs->prop, "model_world");
+    programs->words_model_world = gl.GetUniformLocation(programs->prop_words, "model_world");
+    programs->prop_world_model = gl.GetUniformLocation(programs->prop, "world_model");
     return true;
 }
 
@@ -97,8 +100,8 @@ void passes_destroy(Painter *painter) {
                         t->occlusion_target[0], t->occlusion_target[1], t->still_target,
                         t->backdrop_target,     t->grainy_target,       t->words_target,
                         t->layer_target,        t->picture_target};
-    GLuint programs[] = {p->depth,  p->linear,  p->occlusion, p->blur, p->still,    p->backdrop,
-                         p->soften, p->gbuffer, p->cloth,     p->prop, p->composite};
+    GLuint programs[] = {p->depth,  p->linear,  p->occlusion, p->blur, p->still,      p->backdrop,
+                         p->soften, p->gbuffer, p->cloth,     p->prop, p->prop_words, p->composite};
     gl.DeleteTextures(sizeof textures / sizeof *textures, textures);
     gl.DeleteFramebuffers(sizeof targets / sizeof *targets, targets);
     for (size_t i = 0; i < sizeof programs / sizeof *programs; i++) {
@@ -116,6 +119,18 @@ void passes_scissor(const ScreenBox *box, Size size, int border) {
 }
 
 void passes_scissor_off(void) { gl.Disable(GL_SCISSOR_TEST); }
+
+StageBox passes_prop_box(const Painter *painter, int prop, Pose pose) {
+    StageBox box = stage_box_empty();
+    const StageBox *local = &painter->prop_buffers[prop].box;
+    for (int corner = 0; corner < 8 && !painter->props[prop].hidden; corner++) {
+        Vec3 p = vec3(corner & 1 ? local->high.x : local->low.x,
+                      corner & 2 ? local->high.y : local->low.y,
+                      corner & 4 ? local->high.z : local->low.z);
+        stage_box_add(&box, pose_apply(pose, p));
+    }
+    return box;
+}
 
 /* Depth of everything that casts: coarse cloth and props. */
 static void draw_depth(const Painter *painter, const FrameView *view, const Mat4 *world_clip) {
@@ -213,19 +228,35 @@ void pass_backdrop(Painter *painter, const FrameView *view) {
     }
 }
 
+/* Stencil values: 0 nothing, then the cloths, then the props. */
+static int stencil_of_cloth(int cloth) { return cloth + 1; }
+static int stencil_of_prop(const Painter *painter, int prop) {
+    return painter->def.cloth_count + prop + 1;
+}
+
 void pass_gbuffer(Painter *painter, const FrameView *view) {
     const Targets *t = &painter->targets;
+    const Programs *programs = &painter->programs;
     gl_target_bind(t->words_target, t->layer.width, t->layer.height);
     gl.Enable(GL_DEPTH_TEST);
     gl.Enable(GL_STENCIL_TEST);
-    gl.StencilMask(0xff);
+    gl.StencilMask(STENCIL_MASK);
     gl.StencilOp(GL_KEEP, GL_KEEP, GL_REPLACE);
     gl.ClearBufferfi(GL_DEPTH_STENCIL, 0, 1.0f, 0);
-    gl.UseProgram(painter->programs.gbuffer);
+    gl.UseProgram(programs->prop_words);
+    for (int i = 0; i < painter->def.prop_count; i++) {
+        float matrix[16];
+        Mat4 model = mat4_from_pose(view->poses[i]);
+        mat4_store(&model, matrix);
+        gl.StencilFunc(GL_ALWAYS, stencil_of_prop(painter, i), STENCIL_MASK);
+        gl.UniformMatrix4fv(programs->words_model_world, 1, GL_FALSE, matrix);
+        buffers_draw_prop(painter, i);
+    }
+    gl.UseProgram(programs->gbuffer);
     for (int i = 0; i < view->surface->part_count; i++) {
         const SurfacePart *part = &view->surface->parts[i];
-        gl.StencilFunc(GL_ALWAYS, i + 1, 0xff);
-        gl.Uniform2f(painter->programs.gbuffer_panel_scale, (float)(1.0 / part->size[0]),
+        gl.StencilFunc(GL_ALWAYS, stencil_of_cloth(i), STENCIL_MASK);
+        gl.Uniform2f(programs->gbuffer_panel_scale, (float)(1.0 / part->size[0]),
                      (float)(1.0 / part->size[1]));
         buffers_draw_cloth(painter, part->fine_begin, part->fine_count, true);
     }
@@ -233,47 +264,55 @@ void pass_gbuffer(Painter *painter, const FrameView *view) {
     gl.Disable(GL_DEPTH_TEST);
 }
 
-void pass_cloth(Painter *painter, const FrameView *view) {
+/* Shades the samples with this stencil value inside a box of the world. */
+static void shade_samples(const Painter *painter, int stencil, const StageBox *box) {
+    ScreenBox screen = screen_box_empty();
+    screen_box_add(&screen, &painter->stage, box, 0.0);
+    passes_scissor(&screen, painter->targets.layer, 1);
+    gl.StencilFunc(GL_EQUAL, stencil, STENCIL_MASK);
+    gl_draw_fullscreen();
+}
+
+static void begin_shading(const Painter *painter, GLuint program) {
     const Targets *t = &painter->targets;
-    const float nothing[4] = {0, 0, 0, 0};
     gl_target_bind(t->layer_target, t->layer.width, t->layer.height);
-    gl.ClearBufferfv(GL_COLOR, 0, nothing);
-    ScreenBox box = screen_box_empty();
-    screen_box_add(&box, &painter->stage, &view->cloth_box, 0.0);
-    passes_scissor(&box, t->layer, 1);
-    gl.Enable(GL_FRAMEBUFFER_SRGB);
     gl.Enable(GL_STENCIL_TEST);
     gl.StencilMask(0);
     gl.StencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
     gl_texture_bind(UNIT_INPUT, t->words);
-    gl.UseProgram(painter->programs.cloth);
-    for (int i = 0; i < view->surface->part_count; i++) {
-        gl.StencilFunc(GL_EQUAL, i + 1, 0xff);
-        gl.BindBufferBase(GL_UNIFORM_BUFFER, BLOCK_CLOTH, painter->cloth.blocks[i]);
-        gl_draw_fullscreen();
-    }
+    gl.UseProgram(program);
+}
+
+static void end_shading(void) {
     gl.Disable(GL_STENCIL_TEST);
-    gl.Disable(GL_FRAMEBUFFER_SRGB);
     passes_scissor_off();
 }
 
-void pass_props(Painter *painter, const FrameView *view) {
-    const Targets *t = &painter->targets;
-    gl_target_bind(t->layer_target, t->layer.width, t->layer.height);
-    gl.Enable(GL_FRAMEBUFFER_SRGB);
-    gl.Enable(GL_DEPTH_TEST);
-    gl.DepthMask(GL_TRUE);
-    gl.UseProgram(painter->programs.prop);
-    for (int i = 0; i < painter->def.prop_count; i++) {
-        float matrix[16];
-        Mat4 model = mat4_from_pose(view->poses[i]);
-        mat4_store(&model, matrix);
-        gl.UniformMatrix4fv(painter->programs.prop_model_world, 1, GL_FALSE, matrix);
-        gl.BindBufferBase(GL_UNIFORM_BUFFER, BLOCK_PROP, painter->prop_buffers[i].block);
-        buffers_draw_prop(painter, i);
+void pass_cloth(Painter *painter, const FrameView *view) {
+    const float nothing[4] = {0, 0, 0, 0};
+    begin_shading(painter, painter->programs.cloth);
+    gl.ClearBufferfv(GL_COLOR, 0, nothing);
+    for (int i = 0; i < view->surface->part_count; i++) {
+        gl.BindBufferBase(GL_UNIFORM_BUFFER, BLOCK_CLOTH, painter->cloth.blocks[i]);
+        shade_samples(painter, stencil_of_cloth(i), &view->cloth_box);
     }
-    gl.Disable(GL_DEPTH_TEST);
-    gl.Disable(GL_FRAMEBUFFER_SRGB);
+    end_shading();
+}
+
+void pass_props(Painter *painter, const FrameView *view) {
+    begin_shading(painter, painter->programs.prop);
+    for (int i = 0; i < painter->def.prop_count; i++) {
+        StageBox box = passes_prop_box(painter, i, view->poses[i]);
+        float matrix[16];
+        Mat4 inverse = mat4_from_pose(pose_inverse(view->poses[i]));
+        mat4_store(&inverse, matrix);
+        gl.UniformMatrix4fv(painter->programs.prop_world_model, 1, GL_FALSE, matrix);
+        gl.BindBufferBase(GL_UNIFORM_BUFFER, BLOCK_PROP, painter->prop_buffers[i].block);
+        if (!stage_box_is_empty(&box)) {
+            shade_samples(painter, stencil_of_prop(painter, i), &box);
+        }
+    }
+    end_shading();
 }
 
 void pass_composite(Painter *painter) {

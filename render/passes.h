@@ -29,14 +29,16 @@ typedef struct Targets {
     GLuint grainy, grainy_target;             /* half: RGBA32F, with grain in its shadow */
     GLuint backdrop, backdrop_target;         /* half: RGBA32F backdrop of this frame */
     GLuint words, words_target;               /* layer: RGBA32UI G-buffer */
-    GLuint layer_depth;                       /* layer: depth and stencil (cloth number + 1) */
+    GLuint layer_depth;                       /* layer: depth, stencil (see stencil_of_prop) */
     GLuint layer_color, layer_target;         /* layer: SRGB8_ALPHA8 premultiplied */
     GLuint picture, picture_target;           /* full: RGBA8 */
 } Targets;
 
 typedef struct Programs {
-    GLuint depth, linear, occlusion, blur, still, backdrop, soften, gbuffer, cloth, prop, composite;
-    GLint depth_model_clip, blur_direction, gbuffer_panel_scale, prop_model_world;
+    GLuint depth, linear, occlusion, blur, still, backdrop, soften, gbuffer, prop_words, cloth,
+        prop, composite;
+    GLint depth_model_clip, blur_direction, gbuffer_panel_scale, words_model_world,
+        prop_world_model;
 } Programs;
 
 /* The cloth's vertices and triangles in the driver. */
@@ -83,6 +85,9 @@ void passes_destroy(Painter *painter);
 /* Limits drawing to a part of a target of this size, grown by `border` pixels; and stops it. */
 void passes_scissor(const ScreenBox *box, Size size, int border);
 void passes_scissor_off(void);
+
+/* [m] box around a prop in the world; empty when it is hidden. */
+StageBox passes_prop_box(const Painter *painter, int prop, Pose pose);
 
 void pass_shadow(Painter *painter, const FrameView *view);
 void pass_depth(Painter *painter, const FrameView *view);

@@ -21,7 +21,8 @@
     X(GBUFFER_FRAGMENT, "gbuffer.frag.glsl")                                                       \
     X(CLOTH, "cloth.frag.glsl")                                                                    \
     X(PROP_VERTEX, "prop.vert.glsl")                                                               \
-    X(PROP_FRAGMENT, "prop.frag.glsl")                                                             \
+    X(PROP_WORDS, "prop_words.frag.glsl")                                                          \
+    X(PROP, "prop.frag.glsl")                                                                      \
     X(COMPOSITE, "composite.frag.glsl")
 
 typedef enum ShaderName {

@@ -121,7 +121,7 @@ void main() {
     float kept = 1.0 - max(sheen.r, max(sheen.g, sheen.b)) * energy;
 
     float facing = dot(g.normal, key_light.xyz);
-    float turn = noise_screen(gl_FragCoord.xy);
+    float turn = noise_sample(gl_FragCoord.xy);
     float key = shadow_key(p, facing >= 0.0 ? g.normal : -g.normal, SEARCH * shadow.z / 2048.0, turn);
     float visible = occlusion_at(place, depth_linear(g.depth));
     vec3 colored = occlusion_colored(visible, t.albedo);

@@ -135,6 +135,12 @@ Sample gbuffer_unpack(uvec4 words) {
 // Interleaved gradient noise (Jimenez 2014), 0..1.
 float noise_screen(vec2 pixel) { return fract(52.9829189 * fract(dot(pixel, vec2(0.06711056, 0.00583715)))); }
 
+// Noise for the samples of a pixel: one random turn a pixel, a quarter turn between its samples.
+float noise_sample(vec2 position) {
+    vec2 pixel = floor(position / size.z), part = floor(position - pixel * size.z);
+    return fract(noise_screen(pixel + 0.5) + dot(part, vec2(0.25, 0.5)));
+}
+
 uint noise_bits(uint x) {
     x ^= x >> 16;
     x *= 0x7feb352du;
@@ -162,6 +168,8 @@ float noise_smooth(vec2 p) {
 // ---- colour ----
 
 // AgX (T. Sobotka), polynomial fit by B. Wrensch (MIT), with a look: more contrast and colour.
+// The result is display code, taken as sRGB: written as it is into an sRGB texture, it is linear
+// when read, without a power function on the way.
 const float AGX_POWER = 1.28;
 const float AGX_SATURATION = 1.28;
 
@@ -180,7 +188,11 @@ vec3 tone_map(vec3 color) {
     x = pow(max(x, vec3(0.0)), vec3(AGX_POWER));
     float luma = dot(x, vec3(0.2126, 0.7152, 0.0722));
     x = luma + AGX_SATURATION * (x - luma);
-    return pow(saturate3(outset * x), vec3(2.2));
+    return saturate3(outset * x);
+}
+
+vec3 srgb_decode(vec3 code) {
+    return mix(code / 12.92, pow((code + 0.055) / 1.055, vec3(2.4)), step(vec3(0.04045), code));
 }
 
 // Light between near surfaces of one colour (Jimenez et al. 2016).

@@ -1,8 +1,8 @@
-// Shading of obstacles: a rough dielectric or metal with a procedural surface.
-in vec3 local;
-in vec3 local_normal;
-in vec3 world;
-in vec3 world_normal;
+// Shading of obstacles: a rough dielectric or metal with a procedural surface. One pass an
+// obstacle over the G-buffer's samples of that obstacle.
+layout(binding = 0) uniform usampler2D gbuffer;
+uniform mat4 world_model; // into the solid's frame
+in vec2 place;
 out vec4 result;
 
 // Mirrors PropBlock in render/look.h (std140).
@@ -32,16 +32,19 @@ float grain_at(vec3 p, float size) {
 }
 
 void main() {
-    vec3 n = normalize(world_normal), v = view_vector(world);
+    uvec4 words = texelFetch(gbuffer, ivec2(gl_FragCoord.xy), 0);
+    float window_depth = uintBitsToFloat(words.y);
+    vec3 world = world_position(place * 2.0 - 1.0, window_depth);
+    vec3 n = octahedral_decode(unpackSnorm2x16(words.x)), v = view_vector(world);
+    vec3 local = (world_model * vec4(world, 1.0)).xyz;
     float grain = 0.5 + 0.5 * grain_at(local, surface.z);
     vec3 albedo = mix(base.rgb, second.rgb, grain * second.w);
     float metal = surface.x;
     vec3 f0 = mix(vec3(0.04), albedo, metal);
-    float turn = noise_screen(gl_FragCoord.xy);
+    float turn = noise_sample(gl_FragCoord.xy);
     float facing = dot(n, key_light.xyz);
     float key = shadow_key(world, facing >= 0.0 ? n : -n, SEARCH * shadow.z / 2048.0, turn);
-    vec2 place = gl_FragCoord.xy / (size.xy * size.z);
-    float visible = occlusion_at(place, dot(world, forward.xyz) - forward.w);
+    float visible = occlusion_at(place, depth_linear(window_depth));
     vec3 towards[3] = vec3[3](key_light.xyz, rim_light.xyz, fill_light.xyz);
     vec3 lights[3] = vec3[3](key_color.rgb * key, rim_color.rgb * visible * visible, fill_color.rgb * visible);
     float nv = clamp(dot(n, v), 1e-3, 1.0);

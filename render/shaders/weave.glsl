@@ -59,12 +59,21 @@ Weave weave_at(int kind, vec2 threads, float threads_per_sample, float reach, bo
     return w;
 }
 
-// Unevenness of yarn that stays visible from afar: streaks along both thread directions.
-float weave_streaks(vec2 metres, float footprint) {
-    const float width = 0.0016, length_ratio = 22.0; // [m] of a streak, and how long it is
+// Streaks along both thread directions whose width is about `width` [m].
+float weave_streak_octave(vec2 metres, float width) {
+    const float length_ratio = 22.0; // how long a streak is
     vec2 p = metres / width;
-    float fade = 1.0 - smoothstep(0.35, 1.4, footprint / width);
     float along_u = noise_smooth(vec2(p.x / length_ratio, p.y));
     float along_v = noise_smooth(vec2(p.x, p.y / length_ratio) + 400.0);
-    return 0.5 * (along_u + along_v) * fade;
+    return 0.5 * (along_u + along_v);
+}
+
+// Unevenness of yarn that stays visible from afar: streaks some samples wide, in octaves that
+// fade into each other with the footprint, weaker the wider they are.
+float weave_streaks(vec2 metres, float footprint) {
+    const float finest = 0.0016, samples = 3.2, decay = 0.35; // [m]; [samples]; loss an octave
+    float octave = max(log2(footprint * samples / finest), 0.0);
+    float whole = floor(octave), part = octave - whole, width = finest * exp2(whole);
+    float fine = weave_streak_octave(metres, width), wide = weave_streak_octave(metres, 2.0 * width);
+    return mix(fine, wide, part) / (1.0 + decay * octave);
 }
