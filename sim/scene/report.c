@@ -112,6 +112,16 @@ static size_t span(const char *p, int characters) {
     return bytes;
 }
 
+/* of the character at p; 0 for control characters and what is not UTF-8 */
+static size_t printable_bytes(const char *p) {
+    unsigned char lead = (unsigned char)p[0];
+    size_t bytes = lead < 0x80 ? 1 : lead < 0xC2 ? 0 : lead < 0xE0 ? 2 : lead < 0xF0 ? 3 : 4;
+    for (size_t i = 1; i < bytes; i++) {
+        bytes = is_continuation(p[i]) ? bytes : 0;
+    }
+    return lead < 32 || lead == 127 || lead > 0xF4 ? 0 : bytes;
+}
+
 /* "\n  source line\n      ^", cut around the column */
 static void print_excerpt(FILE *out, Place place) {
     const char *line = place.source ? find_line(place.source, place.line) : NULL;
@@ -122,9 +132,10 @@ static void print_excerpt(FILE *out, Place place) {
     const char *start = line + span(line, place.column - 1 - before);
     size_t bytes = span(start, before + EXCERPT_AFTER);
     fprintf(out, "\n  ");
-    for (size_t i = 0; i < bytes; i++) {
-        bool control = (unsigned char)start[i] < 32 || start[i] == 127;
-        fputc(control ? ' ' : start[i], out);
+    for (size_t i = 0; i < bytes;) {
+        size_t length = printable_bytes(start + i);
+        fprintf(out, "%.*s", length ? (int)length : 1, length ? start + i : " ");
+        i += length ? length : 1;
     }
     fprintf(out, "\n  %*s", before + 1, "^");
 }

@@ -198,7 +198,7 @@ static bool read_ratio(const char *text, double *value, const char **rest) {
     return bytes > 0;
 }
 
-/* letters, digits, and . * / ^ ( ) + - % blank, all of UTF-8; no logarithms, dates, offsets */
+/* letters, digits, and . * / ^ ( ) + - % blank, UTF-8; no dates and offsets */
 static bool is_plain_unit(const char *unit) {
     if (strlen(unit) > UNIT_LONGEST) {
         return false;
