@@ -73,6 +73,9 @@ $(BUILD)/toile-render: $(BUILD)/render/main.o $(RENDER_OBJECTS) $(SHARED_OBJECTS
 	@echo "link $@"
 	@$(CC) $(LDFLAGS) $^ $(RENDER_LIBS) -o $@
 
+# the texts are copied into the object by the assembler
+$(BUILD)/render/shaders.o: $(wildcard render/shaders/*.glsl)
+
 $(BUILD)/tests/%: $(BUILD)/tests/%.o $(call objects,$(TEST_SUPPORT)) $(SIM_OBJECTS) \
 		$(RENDER_OBJECTS) $(SHARED_OBJECTS)
 	@echo "link $@"
@@ -80,3 +83,95 @@ $(BUILD)/tests/%: $(BUILD)/tests/%.o $(call objects,$(TEST_SUPPORT)) $(SIM_OBJEC
 
 .SECONDARY:
 -include $(shell find $(BUILD) -name '*.d' 2>/dev/null)
+
+# ---- what users type ----
+
+.PHONY: help setup demo test unit check lint format format-check layers sanitize coverage fuzz \
+	bench stress golden-accept film clean
+
+help:
+	@echo "make            build both programs (config=release|debug|sanitize|coverage)"
+	@echo "make demo       set up, build, film the twisting sleeve into build/demo/"
+	@echo "make test       set up, build, run every test (T=name: one of tests/test_name.c)"
+	@echo "make check      layers, sizes, format, clang-tidy, cppcheck, tests"
+	@echo "make sanitize   the tests under AddressSanitizer and UBSan"
+	@echo "make bench      run time against error: build/bench/ (SUITE=name: one suite)"
+	@echo "make stress     abuse: build/stress/stress.csv"
+	@echo "make fuzz       fuzz the scene and states readers (SECONDS=60 each)"
+	@echo "make coverage   line coverage of the tests"
+	@echo "make film SCENE=assets/scenes/hanging.yaml"
+
+setup:
+	@scripts/setup.sh
+
+demo: setup
+	@$(MAKE) --no-print-directory all
+	@mkdir -p build/demo
+	scripts/toile film assets/scenes/sleeve.yaml -o build/demo/sleeve.mp4
+	scripts/toile sheet build/demo/sleeve.run -o build/demo/sleeve.png
+
+test: setup
+	@$(MAKE) --no-print-directory unit
+
+T ?= *
+unit: all $(TESTS)
+	@scripts/run_tests.sh $(sort $(wildcard $(BUILD)/tests/test_$(T)))
+
+check: layers format-check lint test
+
+layers:
+	@scripts/check_layers.sh
+
+SOURCES := $(shell git ls-files '*.c' '*.h' 2>/dev/null)
+format:
+	clang-format -i $(SOURCES)
+
+format-check:
+	@clang-format --dry-run --Werror $(SOURCES) && echo "format: ok"
+
+lint:
+	@scripts/lint.sh
+
+sanitize:
+	@$(MAKE) --no-print-directory config=sanitize all
+	@ASAN_OPTIONS=detect_leaks=1 LSAN_OPTIONS=suppressions=scripts/lsan.txt \
+		$(MAKE) --no-print-directory config=sanitize unit
+
+coverage:
+	@$(MAKE) --no-print-directory config=coverage unit
+	@scripts/coverage.sh build/coverage
+
+SUITE ?= all
+bench: all $(call objects,$(wildcard tests/bench/*.c))
+	@$(MAKE) --no-print-directory $(BUILD)/tests/bench/bench
+	@mkdir -p build/bench
+	@$(BUILD)/tests/bench/bench $(SUITE) build/bench/results.csv
+	@python3 scripts/plot_bench.py build/bench/results.csv build/bench
+
+$(BUILD)/tests/bench/bench: $(call objects,$(wildcard tests/bench/*.c)) \
+		$(call objects,$(TEST_SUPPORT)) $(SIM_OBJECTS) $(SHARED_OBJECTS)
+	@echo "link $@"
+	@$(CC) $(LDFLAGS) $^ $(SIM_LIBS) -lcmocka -o $@
+
+stress: all
+	@$(MAKE) --no-print-directory $(BUILD)/tests/stress/stress
+	@mkdir -p build/stress
+	@$(BUILD)/tests/stress/stress build/stress/stress.csv
+
+$(BUILD)/tests/stress/stress: $(call objects,$(wildcard tests/stress/*.c)) \
+		$(call objects,$(TEST_SUPPORT)) $(SIM_OBJECTS) $(SHARED_OBJECTS)
+	@echo "link $@"
+	@$(CC) $(LDFLAGS) $^ $(SIM_LIBS) -lcmocka -o $@
+
+SECONDS ?= 60
+fuzz:
+	@scripts/fuzz.sh $(SECONDS)
+
+golden-accept: all $(TESTS)
+	TOILE_GOLDEN_ACCEPT=1 scripts/run_tests.sh $(wildcard $(BUILD)/tests/test_render*)
+
+film: all
+	scripts/toile film $(SCENE)
+
+clean:
+	rm -rf build
