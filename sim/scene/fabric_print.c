@@ -181,6 +181,11 @@ static void print_line(FILE *out, const Fabric *fabric) {
 bool fabric_print_list(FILE *out, bool json, Error *error) {
     Arena arena = {0};
     const char *const *names = fabric_names(&arena);
+    if (!names[0]) {
+        error_set(error, EXIT_MISSING_INPUT, "no fabrics in %s", source_asset(&arena, "fabrics"));
+        arena_free(&arena);
+        return false;
+    }
     bool ok = true;
     fputs(
         json ? "{\"schema\": \"toile-fabrics-1\", \"fabrics\": [\n"
@@ -198,10 +203,6 @@ bool fabric_print_list(FILE *out, bool json, Error *error) {
         }
     }
     fputs(json ? "]}\n" : "", out);
-    if (ok && !names[0]) {
-        ok = error_set(error, EXIT_MISSING_INPUT, "no fabrics in %s",
-                       source_asset(&arena, "fabrics"));
-    }
     arena_free(&arena);
     return ok;
 }

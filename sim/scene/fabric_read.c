@@ -169,7 +169,7 @@ static const Schema source_schema = {.name = "source",
 static const Field drape_fields[] = {
     {"dc", FIELD_NUMBER, offsetof(FabricDrape, coefficient), .unit = "", .min = 0.0, .max = 1.0,
      .required = true, .help = "drape coefficient"},
-    {"nodes", FIELD_COUNT, offsetof(FabricDrape, nodes), .min = 1, .max = 100, .help = "folds"},
+    {"nodes", FIELD_COUNT, offsetof(FabricDrape, nodes), .min = 0, .max = 100, .help = "folds"},
     {"specimen", FIELD_NUMBER, offsetof(FabricDrape, specimen), .unit = "m", .min = 0.01,
      .max = 10.0, .help = "diameter of the cloth"},
     {"disc", FIELD_NUMBER, offsetof(FabricDrape, disc), .unit = "m", .min = 0.01, .max = 10.0,

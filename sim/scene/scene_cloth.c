@@ -145,25 +145,29 @@ static void print_fabric(FILE *out, int indent, const Field *field, const void *
     fabric_print_keys(out, indent + 2, member);
 }
 
-/* never both: they say the same */
+/* one of nodes, spacing, accuracy: they exclude each other */
 static void print_nodes(FILE *out, int indent, const Field *field, const void *member) {
     const ClothDef *cloth = (const void *)((const char *)member - offsetof(ClothDef, nodes));
-    if (cloth->spacing == 0.0) {
+    if (cloth->spacing == 0.0 && cloth->accuracy == 0.0) {
         fprintf(out, "%*s%s: %d x %d\n", indent, "", field->key, cloth->nodes[0], cloth->nodes[1]);
     }
 }
 
-static void print_spacing(FILE *out, int indent, const Field *field, const void *member) {
-    double spacing = *(const double *)member;
-    if (spacing > 0.0) {
+static void print_positive(FILE *out, int indent, const Field *field, double value) {
+    if (value > 0.0) {
         schema_print_key(out, indent, field->key);
-        schema_print_quantity(out, spacing, field->unit);
+        schema_print_quantity(out, value, field->unit);
         fputc('\n', out);
     }
 }
 
+static void print_spacing(FILE *out, int indent, const Field *field, const void *member) {
+    const ClothDef *cloth = (const void *)((const char *)member - offsetof(ClothDef, spacing));
+    print_positive(out, indent, field, cloth->accuracy > 0.0 ? 0.0 : cloth->spacing);
+}
+
 static void print_accuracy(FILE *out, int indent, const Field *field, const void *member) {
-    print_spacing(out, indent, field, member);
+    print_positive(out, indent, field, *(const double *)member);
 }
 
 #define AT(member) offsetof(ClothDef, member)
