@@ -33,6 +33,9 @@ typedef struct Command {
 extern const Command commands[];
 extern const int command_count;
 
+/* Reads the command line and runs the verb on it. */
+ExitCode command_run(int argc, char **argv, Error *error);
+
 ExitCode command_render(const Options *options, Error *error);
 ExitCode command_sheet(const Options *options, Error *error);
 ExitCode command_looks(const Options *options, Error *error);

@@ -150,7 +150,7 @@ const Look looks[] = {
 const int look_count = COUNT(looks);
 
 const PropLook prop_looks[] = {
-    {"clay", "unglazed pale clay", {.46f, .36f, .28f}, .70f, {.36f, .27f, .20f}, .35f, 0, 0, .012f},
+    {"clay", "unglazed clay", {.36f, .245f, .175f}, .70f, {.28f, .18f, .125f}, .35f, 0, 0, .012f},
     {"wood", "oiled walnut", {.20f, .090f, .038f}, .42f, {.085f, .034f, .014f}, .85f, 0, 1, .020f},
     {"metal", "brushed steel", {.56f, .55f, .53f}, .34f, {.48f, .47f, .46f}, .30f, 1, 0, .004f},
     {"brass", "polished brass", {.78f, .54f, .22f}, .26f, {.66f, .44f, .18f}, .25f, 1, 0, .010f},

@@ -25,9 +25,11 @@ vec3 specular_ggx(float nh, float nl, float nv, float lh, float roughness, vec3 
 float grain_at(vec3 p, float size) {
     vec3 q = p / size;
     float speckle = 0.5 * noise_smooth(q.xy * 1.3 + q.z) + 0.5 * noise_smooth(q.zx * 2.9 + q.y);
-    float rings = length(q.xy + 0.35 * vec2(noise_smooth(q.yz * 0.2), noise_smooth(q.zx * 0.2)) + 3.0);
-    float fibre = noise_smooth(vec2(q.z * 0.3, (q.x + q.y) * 9.0));
-    float wood = sin(rings * 5.0 + 2.5 * noise_smooth(q.xz * 0.4)) * 0.35 + 0.45 * fibre;
+    // boards: the axis of the rings runs along x, well outside the solid
+    float bend = noise_smooth(vec2(q.x * 0.12, q.y * 0.3));
+    float rings = length(q.yz * vec2(1.0, 0.8) + vec2(17.0, 23.0)) + 0.5 * bend;
+    float fibre = noise_smooth(vec2(q.x * 0.4, q.y * 7.0 + q.z * 5.0));
+    float wood = sin(rings * 3.5 + 1.5 * noise_smooth(q.yz * 0.4)) * 0.45 + 0.4 * fibre;
     return mix(speckle, wood, surface.y);
 }
 

@@ -214,6 +214,9 @@ static bool set_up(const char *motion, int nodes, Arena *arena, Setup *setup) {
         add_obstacle(setup, "foot", "wood", foot, vec3(0, 0, -0.285));
         add_obstacle(setup, "leg", "wood", leg, vec3(0, 0, 0.08));
         setup->film.floor_height = -0.30;
+        setup->film.camera = CAMERA_PERSPECTIVE; /* does not wait for the end of a run */
+        setup->film.eye = vec3(1.25, -2.75, 1.35);
+        setup->film.target = vec3(0, 0, 0.25);
     } else if (strcmp(motion, "sleeve") == 0) {
         setup->place = place_sleeve;
         setup->mesh =
