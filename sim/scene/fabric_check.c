@@ -85,9 +85,8 @@ static bool check_value(Reader *reader, const Plausible *range, double si, Place
     return report_error(reader->report, place, EXIT_BAD_INPUT, "%s", text);
 }
 
-/* Was it given in the file that is read now? Numbers of a fabric that this one is like were
- * checked there. */
-static bool is_given(const FabricNumber *number) { return number->flag != FABRIC_FALLBACK; }
+/* Was it written, or filled in? */
+static bool is_given(const FabricNumber *number) { return number->mark != NULL; }
 
 static Place place_of(const FabricNumber *number, Place fallback) {
     return number->mark ? number->mark->place : fallback;

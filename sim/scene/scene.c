@@ -92,7 +92,7 @@ static bool read_gravity(Reader *reader, const Field *field, const Yaml *value, 
             : schema_read_number(reader, field->key, field->unit, field->min, field->max, value,
                                  &numbers[2]);
     if (ok) {
-        numbers[2] = value->kind == YAML_LIST ? numbers[2] : -numbers[2];
+        numbers[2] = value->kind == YAML_LIST ? numbers[2] : 0.0 - numbers[2];
         *(Vec3 *)member = vec3_load(numbers);
     }
     return ok;
