@@ -103,7 +103,7 @@ static bool is_made(Job *job, bool *made, Error *error) {
     if (job->end == RUN_FRAME || job->target.kind == OUTPUT_SEQUENCE || job->target.force) {
         return true;
     }
-    uint64_t frame_key;
+    uint64_t frame_key = 0;
     for (int i = job->first; i <= job->last; i++) {
         if (!add_key(job, i, &frame_key, error)) {
             return false;

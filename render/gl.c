@@ -9,9 +9,9 @@
 
 GlFunctions gl;
 
-static const GlBackend *const backends[] = {&gl_osmesa};
-static const GlBackend *backend; /* the one in use */
-static GLuint empty_vertices;    /* a vertex array without attributes */
+static const GlBackend *const backends[] = {&gl_osmesa, NULL}; /* the first that opens is used */
+static const GlBackend *backend;                               /* the one in use */
+static GLuint empty_vertices; /* a vertex array without attributes */
 
 static void load_functions(void) {
 #define GL_LOAD(TYPE, name)                                                                        \
@@ -29,7 +29,7 @@ bool gl_open(int threads, Error *error) {
     snprintf(count, sizeof count, "%d", threads);
     setenv("LP_NUM_THREADS", count, 1); /* llvmpipe reads it when it is loaded */
     Error last = {0};
-    for (size_t i = 0; !backend && i < sizeof backends / sizeof *backends; i++) {
+    for (int i = 0; !backend && backends[i]; i++) {
         last = (Error){0};
         if (backends[i]->open(GL_MAJOR, GL_MINOR, &last)) {
             backend = backends[i];

@@ -6,12 +6,14 @@
 
 #include "sim/base/error.h"
 
+typedef void (*GlFunction)(void);
+
 /* One way to get a context. A new one is a new file and a line in gl.c. */
 typedef struct GlBackend {
     const char *name;
     /* Makes a context of at least major.minor core current in this thread. */
     bool (*open)(int major, int minor, Error *error);
-    void (*(*address)(const char *name))(void); /* of a GL function; valid after open */
+    GlFunction (*address)(const char *name); /* of a GL function; valid after open */
 } GlBackend;
 
 extern const GlBackend gl_osmesa;

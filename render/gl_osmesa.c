@@ -56,6 +56,6 @@ static bool osmesa_open(int major, int minor, Error *error) {
     return true;
 }
 
-static void (*osmesa_address(const char *name))(void) { return get_proc_address(name); }
+static GlFunction osmesa_address(const char *name) { return (GlFunction)get_proc_address(name); }
 
 const GlBackend gl_osmesa = {"osmesa", osmesa_open, osmesa_address};

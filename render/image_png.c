@@ -18,9 +18,10 @@ typedef struct PngWriter {
 
 static void set_texts(PngWriter *writer, const ImageText *texts, int count) {
     for (int i = 0; i < count; i++) {
-        png_text text = {.compression = PNG_TEXT_COMPRESSION_NONE,
-                         .key = (png_charp)texts[i].key,
-                         .text = (png_charp)texts[i].value};
+        png_text text = {0};
+        text.compression = PNG_TEXT_COMPRESSION_NONE;
+        text.key = (png_charp)texts[i].key;
+        text.text = (png_charp)texts[i].value;
         png_set_text(writer->png, writer->info, &text, 1);
     }
 }

@@ -152,7 +152,7 @@ static bool read_number(const char *name, const char *text, int least, int *valu
 }
 
 static bool read_option(int option, const char *text, Options *options, Error *error) {
-    int number;
+    int number = 0;
     switch (option) {
     case 'o':
         options->output = text;

@@ -40,9 +40,11 @@ Painter *paint_create(const PaintDef *def, Error *error) {
     painter->def = *def;
     painter->looks = arena_push(&painter->arena, const Look *, def->cloth_count);
     painter->props = arena_push(&painter->arena, PaintProp, def->prop_count);
-    memcpy(painter->looks, def->looks, sizeof *def->looks * (size_t)def->cloth_count);
-    if (def->prop_count > 0) {
-        memcpy(painter->props, def->props, sizeof *def->props * (size_t)def->prop_count);
+    for (int i = 0; i < def->cloth_count; i++) {
+        painter->looks[i] = def->looks[i];
+    }
+    for (int i = 0; i < def->prop_count; i++) {
+        painter->props[i] = def->props[i];
     }
     painter->stage =
         stage_create(&def->camera, def->floor, def->width, def->height, def->quality->samples);

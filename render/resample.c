@@ -117,8 +117,10 @@ void resample_set_frame(SurfaceVertex *vertex, const double du[3], const double 
     Vec3 u = vec3_unit(vec3_load(du), vec3(1, 0, 0));
     Vec3 v = vec3_unit(vec3_load(dv), vec3(0, 1, 0));
     Vec3 normal = vec3_unit(vec3_cross(u, v), vec3(0, 0, 1));
-    for (int k = 0; k < 3; k++) {
-        vertex->normal[k] = (float)(&normal.x)[k];
-        vertex->tangent[k] = (float)(&u.x)[k];
-    }
+    vertex->normal[0] = (float)normal.x;
+    vertex->normal[1] = (float)normal.y;
+    vertex->normal[2] = (float)normal.z;
+    vertex->tangent[0] = (float)u.x;
+    vertex->tangent[1] = (float)u.y;
+    vertex->tangent[2] = (float)u.z;
 }

@@ -35,7 +35,6 @@ typedef enum ShaderName {
 typedef struct ShaderText {
     const char *file;
     const char *text;
-    int bytes;
 } ShaderText;
 
 ShaderText shader_text(ShaderName name);
