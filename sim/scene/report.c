@@ -55,8 +55,12 @@ void report_warning(Report *report, Place place, const char *format, ...) {
     report->warnings = complaint;
 }
 
-static int compare_complaints(const void *a, const void *b) {
-    const Complaint *p = *(Complaint *const *)a, *q = *(Complaint *const *)b;
+typedef struct Entry {
+    const Complaint *complaint;
+} Entry;
+
+static int compare_entries(const void *a, const void *b) {
+    const Complaint *p = ((const Entry *)a)->complaint, *q = ((const Entry *)b)->complaint;
     int p_order = p->place.source ? p->place.source->order : -1;
     int q_order = q->place.source ? q->place.source->order : -1;
     int keys[4][2] = {{p_order, q_order},
@@ -72,17 +76,17 @@ static int compare_complaints(const void *a, const void *b) {
 }
 
 /* in file order; *count: how many */
-static Complaint **sorted(const Report *report, Complaint *newest, int *count) {
+static Entry *sorted(const Report *report, const Complaint *newest, int *count) {
     *count = 0;
-    for (Complaint *c = newest; c; c = c->older) {
+    for (const Complaint *c = newest; c; c = c->older) {
         ++*count;
     }
-    Complaint **list = arena_push(report->arena, Complaint *, *count);
+    Entry *list = arena_push(report->arena, Entry, *count);
     int i = 0;
-    for (Complaint *c = newest; c; c = c->older) {
-        list[i++] = c;
+    for (const Complaint *c = newest; c; c = c->older) {
+        list[i++].complaint = c;
     }
-    qsort(list, (size_t)*count, sizeof *list, compare_complaints);
+    qsort(list, (size_t)*count, sizeof(Entry), compare_entries);
     return list;
 }
 
@@ -169,11 +173,11 @@ bool report_finish(const Report *report, Error *error) {
         return true;
     }
     int count, shown = 0;
-    Complaint **list = sorted(report, report->errors, &count);
+    Entry *list = sorted(report, report->errors, &count);
     char all[ERROR_TEXT_SIZE] = "", more[64] = "";
     size_t used = 0, reserve = sizeof more;
     for (; shown < count && shown < REPORT_LIMIT; shown++) {
-        const char *text = complaint_text(report, list[shown]);
+        const char *text = complaint_text(report, list[shown].complaint);
         size_t bytes = strlen(text);
         if (shown > 0 && used + bytes + 2 + reserve > sizeof all) {
             break;
@@ -184,19 +188,19 @@ bool report_finish(const Report *report, Error *error) {
     if (report->error_count > shown) {
         snprintf(more, sizeof more, "\n... and %d more", report->error_count - shown);
     }
-    return error_set(error, list[0]->code, "%s%s", all, more);
+    return error_set(error, list[0].complaint->code, "%s%s", all, more);
 }
 
 const char *const *report_warnings(const Report *report) {
     int count;
-    Complaint **list = sorted(report, report->warnings, &count);
+    Entry *list = sorted(report, report->warnings, &count);
     const char **lines = arena_push(report->arena, const char *, count + 1);
     for (int i = 0; i < count; i++) {
         char *buffer = NULL;
         size_t bytes = 0;
         FILE *out = open_memstream(&buffer, &bytes);
         ASSERT(out);
-        print_complaint(out, list[i], "warning");
+        print_complaint(out, list[i].complaint, "warning");
         fclose(out);
         lines[i] = arena_strdup(report->arena, buffer);
         free(buffer);

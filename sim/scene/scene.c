@@ -202,6 +202,7 @@ static bool read_source(const Source *source, const SceneWords *words, SceneCont
     if (!report_finish(report, error)) {
         return false;
     }
+    ASSERT(source); /* else there was an error */
     scene->path = source->path;
     scene->text = source->text;
     scene->title = scene->title ? scene->title : title_from_path(report->arena, source->path);

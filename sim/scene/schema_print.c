@@ -181,13 +181,13 @@ static void print_default(FILE *out, const Field *field, const void *object) {
     char text[96] = "";
     FILE *buffer = fmemopen(text, sizeof text, "w");
     ASSERT(buffer);
-    const char *member = (const char *)object + field->offset;
+    const char *member = object ? (const char *)object + field->offset : NULL;
     if (field->required) {
         fputs("required", buffer);
-    } else if (object && is_list(field) && is_given(field, member)) {
+    } else if (member && is_list(field) && is_given(field, member)) {
         print_list(buffer, (const double *)(const void *)member,
                    field->type == FIELD_VECTOR ? 3 : 2, NULL);
-    } else if (object && field->type < FIELD_GROUP && is_given(field, member)) {
+    } else if (member && field->type < FIELD_GROUP && is_given(field, member)) {
         print_value(buffer, field, member);
     }
     fclose(buffer);

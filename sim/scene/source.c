@@ -186,6 +186,7 @@ static void merge(Yaml *map, Yaml *included) {
 static void unlink_value(Yaml *map, const Yaml *value) {
     Yaml **link = &map->first;
     while (*link != value) {
+        ASSERT(*link);
         link = &(*link)->next;
     }
     *link = value->next;

@@ -135,6 +135,7 @@ static int dimension_find(const char *unit, size_t bytes) {
 }
 
 const char *units_wanted(const char *unit, char text[UNITS_WANTED_SIZE]) {
+    ASSERT(unit);
     int i = dimension_find(unit, strcspn(unit, "|"));
     ASSERT(i >= 0);
     size_t used = (size_t)snprintf(text, UNITS_WANTED_SIZE, "%s", dimensions[i].name);

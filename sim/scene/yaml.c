@@ -191,6 +191,7 @@ static bool read_map(Pass *pass, int depth, Yaml *map) {
         if (!read_next(pass, YAML_NO_EVENT, depth, &value)) {
             return false;
         }
+        ASSERT(value);
         if (check_key(pass, map, key)) {
             value->key = key;
             *end = value;
