@@ -9,7 +9,7 @@
 #include "sim/model/cells.h"
 
 #define BORDER_CLEARANCE 0.6 /* of the spacing: inner nodes stay that far from the border */
-#define RELAXATIONS 12       /* Lloyd steps: more hardly moves the nodes */
+#define RELAXATIONS 25       /* Lloyd steps: more hardly moves the nodes */
 #define ROUGHNESS 0.3        /* of the spacing: random shift before relaxing */
 #define MOST_NODES 4000000
 

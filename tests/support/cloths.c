@@ -18,9 +18,7 @@ Fabric cloths_fabric(double weight, double stretch, double poisson, double bendi
     f.shear = stated(stretch / (2.0 * (1.0 + poisson)));
     f.bend_warp = f.bend_weft = stated(bending);
     f.bend_poisson = stated(bending_poisson);
-    /* B45 of an isotropic plate: 1/B45 = (1/4)(2/B + 1/D66) with D66 = (1 - nu) D / 2 */
-    double d66 = 0.5 * (1.0 - bending_poisson) * bending;
-    f.bend_bias = stated(4.0 / (2.0 / bending + 1.0 / d66));
+    fabric_set_twist(&f, 0.5 * (1.0 - bending_poisson) * bending);
     return f;
 }
 

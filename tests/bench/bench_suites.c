@@ -1,0 +1,287 @@
+/* The suites: what toile claims about speed and error. */
+#include <math.h>
+#include <string.h>
+
+#include "sim/base/parallel.h"
+#include "tests/bench/bench.h"
+#include "tests/support/cloths.h"
+#include "tests/support/strips.h"
+
+/* ---- cantilever: error and CPU over resolution, stiffness and kind of Newton ---- */
+
+static void run_cantilever(void) {
+    const double gammas[4] = {1, 10, 100, 1000};
+    const int nodes[4] = {11, 21, 41, 81};
+    for (int g = 0; g < 4; g++) {
+        for (int k = 0; k < 4; k++) {
+            for (int variant = 0; variant < 3; variant++) {
+                if (variant == 2 && nodes[k] != 21) {
+                    continue; /* plain Newton for comparison at one resolution */
+                }
+                StripCase c = {.gamma = gammas[g],
+                               .stiffness = variant == 0 ? 1e6 : 1e8,
+                               .nodes = nodes[k],
+                               .plain_newton = variant == 2};
+                char name[64], note[64];
+                double cpu = bench_cpu();
+                StripResult r = strip_solve(&c);
+                snprintf(name, sizeof name, "gamma=%g S=%g", c.gamma, c.stiffness);
+                snprintf(note, sizeof note, "%s Newton; %d iterations; status %d",
+                         variant == 2 ? "plain" : "mixed-point", r.iterations, (int)r.status);
+                bench_write((BenchRow){"cantilever", name, "static", "tip_drop", nodes[k], NAN,
+                                       r.tip_drop, NAN, r.error, bench_cpu() - cpu, note});
+            }
+        }
+    }
+}
+
+const BenchSuite bench_cantilever = {"cantilever", "heavy elastica, static, from flat",
+                                     run_cantilever};
+
+/* ---- swing: time error and CPU over stepper and step ---- */
+
+enum { SWING_FRAMES = 30 }; /* output intervals in 1 s */
+
+/* positions after 1 s into x; CPU of stepping alone */
+static double swing_run(int nodes, const char *stepper, double step, double courant, int iterations,
+                        double *x, double *energy_gain) {
+    Bench b;
+    swing_make(&b, nodes);
+    b.scene.solver.stepper = stepper;
+    b.scene.solver.step = step;
+    b.scene.solver.courant = courant;
+    b.scene.solver.newton_iterations = iterations;
+    const Stepper *s = stepper_find(stepper);
+    void *data;
+    Error error = {0};
+    s->create(&b.system, &data, &error);
+    State state = state_allocate(&b.system, &b.arena);
+    unsigned char *held = arena_push(&b.arena, unsigned char, b.system.place_count);
+    state_start(&b.system, &state);
+    system_mark_held(&b.system, 0, held);
+    double start =
+        system_elastic_energy(&b.system, state.x) + system_gravity_energy(&b.system, state.x, held);
+    double cpu = bench_cpu();
+    for (int f = 1; f <= SWING_FRAMES; f++) {
+        Statistics statistics = {.smallest_gap = INFINITY};
+        if (!s->advance(&b.system, data, &state, (double)f / SWING_FRAMES, &statistics, &error)) {
+            printf("swing: %s\n", error.text);
+            break;
+        }
+    }
+    cpu = bench_cpu() - cpu;
+    *energy_gain = system_kinetic_energy(&b.system, state.v, held) +
+                   system_elastic_energy(&b.system, state.x) +
+                   system_gravity_energy(&b.system, state.x, held) - start;
+    memcpy(x, state.x, 3 * (size_t)nodes * (size_t)nodes * sizeof *x);
+    if (s->destroy) {
+        s->destroy(data);
+    }
+    arena_free(&b.arena);
+    return cpu;
+}
+
+static double rms(const double *a, const double *b, int nodes) {
+    double sum = 0.0;
+    for (int i = 0; i < 3 * nodes * nodes; i++) {
+        sum += (a[i] - b[i]) * (a[i] - b[i]);
+    }
+    return sqrt(sum / (nodes * nodes));
+}
+
+static void run_swing(void) {
+    enum { N = 26 };
+    static double reference[3 * N * N], x[3 * N * N];
+    double gain, cpu = swing_run(N, "central", 0, 0.05, 2, reference, &gain);
+    bench_write((BenchRow){"swing", "reference", "central", "rms_error", N, NAN, 0, NAN, 0, cpu,
+                           "courant 0.05"});
+    const double courants[3] = {0.8, 0.4, 0.2};
+    for (int k = 0; k < 3; k++) {
+        char note[64];
+        cpu = swing_run(N, "central", 0, courants[k], 2, x, &gain);
+        snprintf(note, sizeof note, "courant %g; energy gain %.3g J", courants[k], gain);
+        bench_write((BenchRow){"swing", "T=1s", "central", "rms_error", N, NAN,
+                               rms(x, reference, N), NAN, rms(x, reference, N), cpu, note});
+    }
+    const double steps[4] = {1.0 / 30, 1.0 / 60, 1.0 / 120, 1.0 / 240};
+    for (int iterations = 1; iterations <= 3; iterations++) {
+        for (int k = 0; k < 4; k++) {
+            for (int euler = 0; euler < 2; euler++) {
+                const char *stepper = euler ? "backward_euler" : "bdf2";
+                if (euler && iterations != 2) {
+                    continue;
+                }
+                char note[80];
+                cpu = swing_run(N, stepper, steps[k], 0.8, iterations, x, &gain);
+                snprintf(note, sizeof note, "%d iterations; energy gain %.3g J", iterations, gain);
+                bench_write((BenchRow){"swing", "T=1s", stepper, "rms_error", N, steps[k],
+                                       rms(x, reference, N), NAN, rms(x, reference, N), cpu, note});
+            }
+        }
+    }
+}
+
+const BenchSuite bench_swing = {"swing", "1 m sheet released at 60 degrees, n = 26, 1 s",
+                                run_swing};
+
+/* ---- sweep: cost of an explicit step ---- */
+
+static double sweep_ns(const SweepKernel *kernel, int n) {
+    Arena arena = {0};
+    ClothDef def = cloths_rectangle(1.0, 1.0, n, n, cloths_orthotropic());
+    Cloth cloth;
+    Error error = {0};
+    cloth_create(&cloth, &def, NULL, 0, 1, &arena, &error);
+    SweepLattice l = *cloth.lattice;
+    l.first = l.stride + LANE_MARGIN;
+    Lanes lanes = lanes_create((l.nv + 2) * l.stride + LANE_MARGIN, &arena);
+    for (int i = 0; i < cloth.node_count; i++) {
+        int slot = l.first + i / n * l.stride + i % n;
+        for (int a = 0; a < 3; a++) {
+            lanes.x[a][slot] = cloth.panel.start[3 * i + a];
+        }
+        lanes.weight[slot] = 1.0 / cloth.mass[i];
+    }
+    double *buffer = arena_push(&arena, double, SWEEP_BUFFER_ROWS *l.stride + LANE_MARGIN);
+    double dt = 0.5 * sweep_stable_step(&l, cloth.material.density), best = INFINITY;
+    SweepKick kick = {dt, {0, 0, -9.81}, 1.0};
+    int steps = 1 + 2000000 / (n * n);
+    for (int trial = 0; trial < 7; trial++) {
+        double start = bench_cpu();
+        for (int s = 0; s < steps; s++) {
+            kernel->kick(&l, &lanes, &kick, 0, l.nv, buffer);
+            kernel->drift(&l, &lanes, dt, 0, l.nv);
+        }
+        best = fmin(best, (bench_cpu() - start) / steps / (n * n) * 1e9);
+    }
+    arena_free(&arena);
+    return best;
+}
+
+static void run_sweep(void) {
+    const int sizes[4] = {26, 51, 101, 201};
+    for (int k = 0; k < 4; k++) {
+        double scalar = NAN;
+        for (const SweepKernel *const *kernel = sweep_kernels; *kernel; kernel++) {
+            if (!sweep_kernel_runs_here(*kernel)) {
+                continue;
+            }
+            double ns = sweep_ns(*kernel, sizes[k]);
+            scalar = kernel == sweep_kernels ? ns : scalar;
+            char note[64];
+            snprintf(note, sizeof note, "%.2f times the scalar speed; minimum of 7", scalar / ns);
+            bench_write((BenchRow){"sweep", (*kernel)->name, "central", "ns_per_node_step",
+                                   sizes[k], NAN, ns, 14, NAN, NAN, note});
+        }
+    }
+}
+
+const BenchSuite bench_sweep = {"sweep", "kick and drift of a lattice, one core", run_sweep};
+
+/* ---- implicit: one iteration against its factorisation; memory ---- */
+
+static void one_iteration(int n) {
+    Bench b;
+    swing_make(&b, n);
+    Implicit *implicit = implicit_create(&b.system);
+    State state = state_allocate(&b.system, &b.arena);
+    state_start(&b.system, &state);
+    unsigned char *held = arena_push(&b.arena, unsigned char, b.system.place_count);
+    system_mark_held(&b.system, 0, held);
+    double *x_hat = arena_push(&b.arena, double, 3 * b.system.place_count);
+    memcpy(x_hat, state.x, 3 * (size_t)b.system.place_count * sizeof *x_hat);
+    ImplicitTerms terms = {.acceleration = 3600.0, .x_hat = x_hat};
+    NewtonProblem problem = implicit_problem(implicit, &terms, held, &state);
+    problem.keep_stress(problem.context, state.x, NULL);
+    problem.tangent(problem.context, state.x, false);
+    double factor = INFINITY, whole = INFINITY;
+    NewtonParams params = newton_default();
+    params.max_iterations = 1;
+    for (int trial = 0; trial < 7; trial++) {
+        problem.tangent(problem.context, state.x, false);
+        double start = bench_cpu();
+        factor_numeric(problem.factor, problem.matrix);
+        factor = fmin(factor, bench_cpu() - start);
+        start = bench_cpu();
+        implicit_solve(implicit, &terms, held, &state, &params, NULL, state.x);
+        whole = fmin(whole, bench_cpu() - start);
+    }
+    char note[80];
+    snprintf(note, sizeof note, "factorisation %.4g ms; nnz(L) %.4g", 1e3 * factor,
+             implicit_nonzeros(implicit));
+    bench_write((BenchRow){"implicit", "iteration/factorisation", "bdf2", "ratio", n, NAN,
+                           whole / factor, 1.25, NAN, whole, note});
+    implicit_destroy(implicit);
+    arena_free(&b.arena);
+}
+
+void bench_one_step(const char *stepper) {
+    Bench b;
+    swing_make(&b, 100);
+    b.scene.solver.stepper = stepper;
+    const Stepper *s = stepper_find(stepper);
+    void *data;
+    Error error = {0};
+    Statistics statistics = {0};
+    s->create(&b.system, &data, &error);
+    State state = state_allocate(&b.system, &b.arena);
+    state_start(&b.system, &state);
+    s->advance(&b.system, data, &state, 1.0 / 30, &statistics, &error);
+}
+
+static void run_implicit(void) {
+    const int sizes[3] = {20, 51, 100};
+    for (int k = 0; k < 3; k++) {
+        one_iteration(sizes[k]);
+    }
+    const char *names[2] = {"central", "bdf2"};
+    const double limits[2] = {60, 400};
+    for (int k = 0; k < 2; k++) {
+        double peak = bench_peak_memory(names[k]);
+        bench_write((BenchRow){"implicit", "memory", names[k], "peak_mib", 100, NAN, peak,
+                               limits[k], NAN, NAN, "whole process"});
+    }
+}
+
+const BenchSuite bench_implicit = {"implicit", "cost of one iteration, memory at 100 x 100",
+                                   run_implicit};
+
+/* ---- sleeve: the paper's scene against real time ---- */
+
+static void run_sleeve(void) {
+    Bench b = {0};
+    MotionPiece turn = {.kind = MOTION_TURN,
+                        .axis = {0, 0, 1},
+                        .angle = 2.0,
+                        .from = 0.5,
+                        .to = 4.0,
+                        .smooth = true};
+    /* E = 10000 N/m, nu = 0.3, 20 x 20 nodes; weight and bending of a shirt cotton */
+    b.cloth = cloths_sleeve(0.08, 0.3, 20, 20, false, cloths_fabric(0.15, 1e4, 0.3, 1e-5, 0.3));
+    b.scene = cloths_scene(&b.cloth);
+    b.handles[0] = b.handles[1] = handle_default();
+    b.handles[0].region = REGION_BOTTOM;
+    b.handles[1].region = REGION_TOP;
+    b.handles[1].motion = (Motion){1, &turn};
+    bench_build(&b, 2);
+    void *data;
+    Error error = {0};
+    stepper_central.create(&b.system, &data, &error);
+    State state = state_allocate(&b.system, &b.arena);
+    state_start(&b.system, &state);
+    double start = bench_cpu(), seconds = 5.0;
+    Statistics statistics = {.smallest_gap = INFINITY};
+    for (int f = 1; f <= 30 * seconds; f++) {
+        if (!stepper_central.advance(&b.system, data, &state, f / 30.0, &statistics, &error)) {
+            printf("sleeve: %s\n", error.text);
+        }
+    }
+    double cpu = (bench_cpu() - start) / seconds;
+    char note[64];
+    snprintf(note, sizeof note, "real time / CPU time; %.0f taken back", statistics.retries);
+    bench_write((BenchRow){"sleeve", "paper 20 x 20, E=10000 N/m", "central", "times_real_time", 20,
+                           statistics.step_length, 1.0 / cpu, 5, NAN, cpu, note});
+    arena_free(&b.arena);
+}
+
+const BenchSuite bench_sleeve = {"sleeve", "the paper's twisted sleeve, one core", run_sleeve};

@@ -1,0 +1,129 @@
+#include "tests/support/strips.h"
+
+#include <lapacke.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "tests/support/check.h"
+#include "tests/support/cloths.h"
+
+/* reference/cantilever_heavy_elastica.csv */
+static const double exact_tips[4][3] = {{1, 0.991246395347, 0.123471401983},
+                                        {10, 0.656353761241, 0.700199715513},
+                                        {100, 0.159223382629, 0.937523935396},
+                                        {1000, 0.045986454757, 0.981141269269}};
+
+void strip_exact(double gamma, double tip[2]) {
+    for (int i = 0; i < 4; i++) {
+        if (exact_tips[i][0] == gamma) {
+            tip[0] = exact_tips[i][1];
+            tip[1] = exact_tips[i][2];
+            return;
+        }
+    }
+    fail_msg("no exact tip for gamma %g", gamma);
+}
+
+void bench_build(Bench *b, int handle_count) {
+    Error error = {0};
+    b->cloth.name = "cloth";
+    b->scene.cloth_count = 1;
+    b->scene.cloths = &b->cloth;
+    b->scene.handle_count = handle_count;
+    b->scene.handles = b->handles;
+    if (!system_create(&b->system, &b->scene, 3, &b->arena, &error)) {
+        fail_msg("%s", error.text);
+    }
+}
+
+static void start_bench(Bench *b) {
+    memset(b, 0, sizeof *b);
+    b->cloth = cloth_default();
+    b->scene = cloths_scene(&b->cloth);
+    b->handles[0] = b->handles[1] = handle_default();
+}
+
+StripResult strip_solve(const StripCase *strip) {
+    Bench b;
+    start_bench(&b);
+    double rho_g = 1.0, d = rho_g / strip->gamma, h = 1.0 / (strip->nodes - 1);
+    int across = strip->layout == STRIP_LATTICE ? 5 : 9;
+    Fabric fabric = cloths_fabric(rho_g / 9.81, strip->stiffness * d, 0.0, d, 0.0);
+    b.cloth = cloths_rectangle(1.0, h * (across - 1), strip->nodes, across, fabric);
+    b.cloth.bending = strip->bending;
+    b.cloth.scattered = strip->layout != STRIP_LATTICE;
+    b.cloth.spacing = b.cloth.scattered ? h : 0.0;
+    b.cloth.jitter = strip->layout == STRIP_JITTER ? 0.25 : 0.0;
+    b.handles[0].kind = HANDLE_CLAMP;
+    b.handles[0].region = REGION_LEFT;
+    bench_build(&b, 1);
+    State state = state_allocate(&b.system, &b.arena);
+    state_start(&b.system, &state);
+    unsigned char *held = arena_push(&b.arena, unsigned char, b.system.place_count);
+    system_mark_held(&b.system, 0.0, held);
+    Implicit *implicit = implicit_create(&b.system);
+    NewtonParams params = newton_default();
+    params.max_iterations = strip->plain_newton ? 400 : 60;
+    params.plain = strip->plain_newton;
+    params.tolerance = 1e-6 * b.system.weight;
+    ImplicitTerms terms = {0};
+    NewtonReport report = implicit_solve(implicit, &terms, held, &state, &params, NULL, state.x);
+    const Panel *p = &b.system.cloths[0].panel;
+    HandleDef tip = {.region = REGION_NEAREST, .point = {1.0, 0.5 * h * (across - 1)}};
+    unsigned char *marks = arena_push(&b.arena, unsigned char, p->node_count);
+    panel_select(p, &tip, marks);
+    StripResult result = {.iterations = report.iterations, .status = report.status};
+    double exact[2];
+    strip_exact(strip->gamma, exact);
+    for (int i = 0; i < p->node_count; i++) {
+        if (marks[i]) {
+            result.tip_x = state.x[3 * i] + 0.5;
+            result.tip_drop = -state.x[3 * i + 2];
+        }
+    }
+    result.error = hypot(result.tip_x - exact[0], result.tip_drop - exact[1]);
+    implicit_destroy(implicit);
+    arena_free(&b.arena);
+    return result;
+}
+
+void swing_make(Bench *b, int nodes) {
+    start_bench(b);
+    b->cloth = cloths_rectangle(1.0, 1.0, nodes, nodes, cloths_fabric(0.2, 1e3, 0.3, 1e-3, 0.3));
+    b->cloth.pose.turn = quat_from_axis_angle(vec3(1, 0, 0), 60.0 * PI / 180.0);
+    b->handles[0].region = REGION_TOP_LEFT;
+    b->handles[1].region = REGION_TOP_RIGHT;
+    bench_build(b, 2);
+}
+
+/* dense generalised eigenproblem K w = omega^2 M w of the bending matrix, one component */
+void plate_frequencies(int nodes, int count, double *frequencies) {
+    Bench b;
+    start_bench(&b);
+    b.cloth = cloths_rectangle(1.0, 1.0, nodes, nodes, cloths_fabric(1.0, 1e3, 0.3, 1.0, 0.3));
+    bench_build(&b, 0);
+    const Cloth *cloth = &b.system.cloths[0];
+    int n = cloth->node_count;
+    double *k = calloc((size_t)n * (size_t)n, sizeof *k), *x = calloc(3 * (size_t)n, sizeof *x);
+    double *g = calloc(3 * (size_t)n, sizeof *g), *w = calloc((size_t)n, sizeof *w);
+    /* flat at rest: the z part of the gradient is linear in z with slope K_b to first order */
+    for (int j = 0; j < n; j++) {
+        double step = 1e-7;
+        cloth_start(cloth, x);
+        memset(g, 0, 3 * (size_t)n * sizeof *g);
+        x[3 * j + 2] += step;
+        cloth->model->add_gradient(cloth, x, g);
+        for (int i = 0; i < n; i++) {
+            k[(size_t)i * (size_t)n + (size_t)j] =
+                g[3 * i + 2] / (step * sqrt(cloth->mass[i] * cloth->mass[j]));
+        }
+    }
+    int info = LAPACKE_dsyev(LAPACK_ROW_MAJOR, 'N', 'U', n, k, n, w);
+    assert_int_equal(info, 0);
+    for (int i = 0; i < count; i++) {
+        frequencies[i] = sqrt(fmax(w[3 + i], 0.0)); /* after three rigid modes */
+    }
+    free(k), free(x), free(g), free(w);
+    arena_free(&b.arena);
+}

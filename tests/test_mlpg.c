@@ -1,0 +1,239 @@
+/* The meshless model against exact solutions: the rows of the acceptance table in
+ * sim/model/mlpg.md. TOLERANCES=1 prints every reached value. */
+#include <lapacke.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "sim/base/hash.h"
+#include "sim/geom/rbf.h"
+#include "sim/model/mlpg.h"
+#include "tests/support/check.h"
+#include "tests/support/cloths.h"
+#include "tests/support/strips.h"
+
+/* row 1: a row reproduces polynomials of its degree, also at the border */
+static void test_reproduction(void **unused) {
+    (void)unused;
+    enum { N = 13 };
+    double points[2 * N * N], h = 0.01;
+    const RbfKind kinds[] = {rbf_lattice_edge, rbf_scattered_edge, rbf_resample,
+                             rbf_scattered_membrane};
+    for (int i = 0; i < N * N; i++) {
+        points[2 * i] = h * (i % N) + 0.25 * h * hash_random(1, (uint64_t)(2 * i));
+        points[2 * i + 1] = h * (i / N) + 0.25 * h * hash_random(1, (uint64_t)(2 * i + 1));
+    }
+    Arena arena = {0};
+    PointGrid grid = points_grid(points, N * N, h, &arena);
+    double worst = 0.0;
+    for (int k = 0; k < 4; k++) {
+        for (int place = 0; place < 40; place++) {
+            double at[2] = {h * (N - 1) * 0.5 * (1 + hash_random(2, (uint64_t)place)),
+                            h * (N - 1) * 0.5 * (1 + hash_random(3, (uint64_t)place))};
+            at[0] = place % 4 == 0 ? 0.0 : at[0];
+            at[1] = place % 8 == 0 ? 0.0 : at[1];
+            const RbfFunctional f[3] = {RBF_VALUE, RBF_D1, RBF_D2};
+            double rows[3][STENCIL_CAPACITY];
+            RbfStencil s = rbf_stencil(&grid, kinds[k], at, &arena);
+            rbf_rows(&s, at, 3, f, rows);
+            for (int total = 0; total <= kinds[k].degree; total++) {
+                for (int j = 0; j <= total; j++) {
+                    double sum[3] = {0};
+                    for (int i = 0; i < s.count; i++) {
+                        double u = (points[2 * s.nodes[i]] - at[0]) / h;
+                        double v = (points[2 * s.nodes[i] + 1] - at[1]) / h;
+                        for (int r = 0; r < 3; r++) {
+                            sum[r] += rows[r][i] * (r > 0 ? h : 1) * pow(u, total - j) * pow(v, j);
+                        }
+                    }
+                    double exact[3] = {total == 0, total == 1 && j == 0, total == 1 && j == 1};
+                    for (int r = 0; r < 3; r++) {
+                        worst = fmax(worst, fabs(sum[r] - exact[r]));
+                    }
+                }
+            }
+        }
+    }
+    CHECK_AT_MOST(worst, 1e-11);
+    arena_free(&arena);
+}
+
+/* row 2: constant strain and constant curvature leave inner nodes without force */
+static void patch(ClothDef def, const char *name) {
+    Arena arena = {0};
+    Cloth cloth;
+    Error error = {0};
+    assert_true(cloth_create(&cloth, &def, NULL, 0, 5, &arena, &error));
+    const Panel *p = &cloth.panel;
+    const Mlpg *mlpg = cloth.data;
+    int n = p->node_count;
+    double *x = arena_push(&arena, double, 3 * n), *g = arena_push(&arena, double, 3 * n);
+    double *b = arena_push(&arena, double, 3 * n), worst_m = 0.0, worst_b = 0.0;
+    double inside = 5.0 * p->h1;
+    for (int i = 0; i < n; i++) {
+        double u = p->material[2 * i], v = p->material[2 * i + 1];
+        vec3_store(x + 3 * i, vec3(1.01 * u + 0.02 * v, 0.005 * u + 0.98 * v, 0.0));
+    }
+    strain_add_gradient(&mlpg->membrane, x, g);
+    for (int i = 0; i < n; i++) {
+        double u = p->material[2 * i], v = p->material[2 * i + 1];
+        vec3_store(x + 3 * i, vec3(0, 0, 0.7 * u * u + 0.3 * u * v - 0.5 * v * v));
+    }
+    bending_add_gradient(&mlpg->bending, x, b);
+    double scale_m = cloth.material.c11 * p->h1, scale_b = cloth.material.d11 / (p->h1 * p->h1);
+    for (int i = 0; i < n; i++) {
+        double u = p->material[2 * i], v = p->material[2 * i + 1];
+        bool inner = u > inside && v > inside && u < def.shape.width - inside &&
+                     v < def.shape.height - inside;
+        for (int c = 0; c < 3 && inner; c++) {
+            worst_m = fmax(worst_m, fabs(g[3 * i + c]) / scale_m);
+            worst_b = fmax(worst_b, fabs(b[3 * i + c]) / (scale_b * p->h1 * p->h1));
+        }
+    }
+    print_message("  %s\n", name);
+    CHECK_AT_MOST(worst_m, 1e-10);
+    CHECK_AT_MOST(worst_b, 1e-10);
+    arena_free(&arena);
+}
+
+static void test_patch(void **unused) {
+    (void)unused;
+    ClothDef def = cloths_rectangle(0.2, 0.2, 21, 21, cloths_orthotropic());
+    patch(def, "lattice, stencil");
+    def.bending = BENDING_RBF;
+    patch(def, "lattice, rbf");
+    def.scattered = true;
+    def.spacing = 0.01;
+    def.jitter = 0.25;
+    patch(def, "jittered");
+    def.jitter = 0.0;
+    patch(def, "relaxed");
+}
+
+/* row 4: eigenvalues of the flat membrane matrix: three zero modes, no spurious ones */
+static void test_zero_modes(void **unused) {
+    (void)unused;
+    for (int layout = 0; layout < 2; layout++) {
+        ClothDef def = cloths_rectangle(1.0, 1.0, 11, 11, cloths_fabric(1.0, 1.0, 0.3, 1.0, 0.3));
+        def.scattered = layout == 1;
+        def.spacing = layout == 1 ? 0.1 : 0.0;
+        def.jitter = layout == 1 ? 0.25 : 0.0;
+        Arena arena = {0};
+        Cloth cloth;
+        Error error = {0};
+        assert_true(cloth_create(&cloth, &def, NULL, 0, 5, &arena, &error));
+        int n = cloth.node_count, m = 2 * n;
+        double *x = arena_push(&arena, double, 3 * n), *k = arena_push(&arena, double, m *m);
+        double *w = arena_push(&arena, double, m), *g = arena_push(&arena, double, 6 * n);
+        for (int j = 0; j < m; j++) {
+            memset(g, 0, 6 * (size_t)n * sizeof *g);
+            for (int side = 0; side < 2; side++) {
+                cloth_start(&cloth, x);
+                x[3 * (j / 2) + j % 2] += side ? -1e-6 : 1e-6;
+                cloth.model->add_gradient(&cloth, x, g + side * 3 * n);
+            }
+            for (int i = 0; i < m; i++) {
+                int at = 3 * (i / 2) + i % 2;
+                k[i * m + j] =
+                    (g[at] - g[3 * n + at]) / 2e-6 / sqrt(cloth.mass[i / 2] * cloth.mass[j / 2]);
+            }
+        }
+        assert_int_equal(LAPACKE_dsyev(LAPACK_ROW_MAJOR, 'N', 'U', m, k, m, w), 0);
+        /* first elastic in-plane frequency of a free square, nu = 0.3: 2.63 sqrt(C/rho)/L for
+         * plane stress with C = 1 / (1 - nu^2); spurious modes would lie far below */
+        double first = sqrt(w[3]);
+        print_message("  %s: omega[2] = %.2e, omega[3] = %.4f\n", layout ? "scattered" : "lattice",
+                      sqrt(fabs(w[2])), first);
+        CHECK_AT_MOST(sqrt(fabs(w[2])) / first, 1e-3); /* the differences leave 1e-7 of w */
+        assert_true(first > 0.5 * 2.3);
+        arena_free(&arena);
+    }
+}
+
+/* rows 6, 7: cantilever on lattices */
+static void test_cantilever(void **unused) {
+    (void)unused;
+    const double gammas[4] = {1, 10, 100, 1000}, limits[4] = {5e-4, 3e-3, 7e-3, 2e-2};
+    for (int i = 0; i < 4; i++) {
+        double errors[2];
+        for (int s = 0; s < 2; s++) {
+            StripCase c = {.gamma = gammas[i], .stiffness = s ? 1e8 : 1e6, .nodes = 21};
+            StripResult r = strip_solve(&c);
+            print_message("  gamma %g, S %g: tip %.6f %.6f, error %.4f %%, %d iterations\n",
+                          gammas[i], c.stiffness, r.tip_x, r.tip_drop, 100 * r.error, r.iterations);
+            assert_int_equal(r.status, NEWTON_CONVERGED);
+            CHECK_AT_MOST(r.error, limits[i]);
+            CHECK_AT_MOST(r.iterations, 15);
+            errors[s] = r.error;
+        }
+        CHECK_AT_MOST(errors[1] / errors[0], 1.1);
+    }
+}
+
+static void test_cantilever_order(void **unused) {
+    (void)unused;
+    const int nodes[4] = {11, 21, 41, 81};
+    for (double gamma = 1; gamma <= 100; gamma *= 10) {
+        double errors[4];
+        for (int k = 0; k < 4; k++) {
+            StripCase c = {.gamma = gamma, .stiffness = 1e8, .nodes = nodes[k]};
+            errors[k] = strip_solve(&c).error;
+        }
+        double order = log(errors[2] / errors[3]) / log(2.0); /* the two finest */
+        print_message("  gamma %g: %.4f %.4f %.4f %.4f %%, order %.2f\n", gamma, 100 * errors[0],
+                      100 * errors[1], 100 * errors[2], 100 * errors[3], order);
+        CHECK_AT_MOST(1.9, order);
+    }
+}
+
+/* row 8: cantilever on scattered nodes */
+static void test_cantilever_scattered(void **unused) {
+    (void)unused;
+    const double gammas[3] = {10, 100, 1000};
+    const double limits[2][3] = {{2e-3, 5e-3, 2e-2}, {1e-2, 1.2e-2, 2e-2}};
+    for (int layout = STRIP_JITTER; layout <= STRIP_LLOYD; layout++) {
+        for (int s = 0; s < 2; s++) {
+            for (int i = 0; i < 3; i++) {
+                StripCase c = {.gamma = gammas[i],
+                               .stiffness = s ? 1e8 : 1e6,
+                               .nodes = 21,
+                               .layout = (StripNodes)layout};
+                StripResult r = strip_solve(&c);
+                print_message("  %s, gamma %g, S %g: error %.3f %%, %d iterations\n",
+                              layout == STRIP_JITTER ? "jitter" : "Lloyd", gammas[i], c.stiffness,
+                              100 * r.error, r.iterations);
+                CHECK_AT_MOST(r.error, limits[s][i]);
+            }
+        }
+    }
+}
+
+/* row 11: free plate, nu = 0.3 */
+static void test_plate(void **unused) {
+    (void)unused;
+    const double exact[6] = {13.468197, 19.596137, 24.270201, 34.80089, 34.80089, 61.093};
+    double f[2][6], worst[2] = {0};
+    for (int k = 0; k < 2; k++) {
+        plate_frequencies(k == 0 ? 21 : 41, 6, f[k]);
+        for (int i = 0; i < 6; i++) {
+            worst[k] = fmax(worst[k], fabs(f[k][i] / exact[i] - 1.0));
+        }
+    }
+    double order = log(worst[0] / worst[1]) / log(2.0);
+    print_message("  errors %.3f, %.3f %%, order %.2f\n", 100 * worst[0], 100 * worst[1], order);
+    CHECK_AT_MOST(worst[0], 0.025);
+    CHECK_AT_MOST(worst[1], 0.007);
+    CHECK_AT_MOST(1.75, order);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_reproduction),
+        cmocka_unit_test(test_patch),
+        cmocka_unit_test(test_zero_modes),
+        cmocka_unit_test(test_cantilever),
+        cmocka_unit_test(test_cantilever_order),
+        cmocka_unit_test(test_cantilever_scattered),
+        cmocka_unit_test(test_plate),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
