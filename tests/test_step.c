@@ -1,0 +1,240 @@
+/* Steppers: energy, momentum, free fall, the same bits for any number of threads. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "sim/base/hash.h"
+#include "sim/base/parallel.h"
+#include "sim/sim.h"
+#include "tests/support/check.h"
+#include "tests/support/cloths.h"
+#include "tests/support/strips.h"
+
+typedef struct Run {
+    Bench bench;
+    const Stepper *stepper;
+    void *data;
+    State state;
+    unsigned char *held;
+    Statistics statistics;
+} Run;
+
+static void run_start(Run *r, const char *stepper, double step) {
+    Error error = {0};
+    r->bench.scene.solver.stepper = stepper;
+    r->bench.scene.solver.step = step;
+    r->stepper = stepper_find(stepper);
+    if (!r->stepper->create(&r->bench.system, &r->data, &error)) {
+        fail_msg("%s", error.text);
+    }
+    r->state = state_allocate(&r->bench.system, &r->bench.arena);
+    r->held = arena_push(&r->bench.arena, unsigned char, r->bench.system.place_count);
+    state_start(&r->bench.system, &r->state);
+    system_mark_held(&r->bench.system, 0.0, r->held);
+    r->statistics.smallest_gap = INFINITY;
+}
+
+static void run_to(Run *r, double time) {
+    Error error = {0};
+    if (!r->stepper->advance(&r->bench.system, r->data, &r->state, time, &r->statistics, &error)) {
+        fail_msg("%s: %s", r->stepper->name, error.text);
+    }
+}
+
+static void run_end(Run *r) {
+    if (r->stepper->destroy) {
+        r->stepper->destroy(r->data);
+    }
+    arena_free(&r->bench.arena);
+}
+
+static double total_energy(const Run *r) {
+    const System *s = &r->bench.system;
+    return system_kinetic_energy(s, r->state.v, r->held) + system_elastic_energy(s, r->state.x) +
+           system_gravity_energy(s, r->state.x, r->held);
+}
+
+/* undamped free swing: the explicit energy stays; three implicit iterations never gain */
+static void test_energy(void **unused) {
+    (void)unused;
+    Run r = {0};
+    swing_make(&r.bench, 26);
+    run_start(&r, "central", 0.0);
+    double start = total_energy(&r), worst = 0.0;
+    /* what the swing turns over: the fall of the sheet's centre */
+    double scale = 0.5 * r.bench.system.weight;
+    for (int f = 1; f <= 60; f++) {
+        run_to(&r, f / 30.0);
+        worst = fmax(worst, fabs(total_energy(&r) - start) / scale);
+    }
+    CHECK_AT_MOST(worst, 1e-4);
+    run_end(&r);
+    memset(&r, 0, sizeof r);
+    swing_make(&r.bench, 26);
+    r.bench.scene.solver.newton_iterations = 3;
+    run_start(&r, "bdf2", 1.0 / 60);
+    start = total_energy(&r);
+    double rise = -INFINITY;
+    for (int f = 1; f <= 30; f++) {
+        run_to(&r, f / 30.0);
+        rise = fmax(rise, (total_energy(&r) - start) / scale);
+    }
+    CHECK_AT_MOST(rise, 0.0);
+    run_end(&r);
+}
+
+/* free flight of a shaken, thrown sheet: momentum and angular momentum */
+static void test_momentum(void **unused) {
+    (void)unused;
+    const char *names[2] = {"central", "bdf2"};
+    for (int k = 0; k < 2; k++) {
+        Run r = {0};
+        r.bench.cloth = cloths_rectangle(0.3, 0.3, 16, 16, cloths_orthotropic());
+        r.bench.cloth.velocity = vec3(1.0, -0.5, 2.0);
+        r.bench.cloth.noise = 1e-3;
+        r.bench.scene = cloths_scene(&r.bench.cloth);
+        r.bench.scene.gravity = vec3(0, 0, 0);
+        r.bench.scene.solver.newton_iterations = 30;
+        bench_build(&r.bench, 0);
+        run_start(&r, names[k], 0.0);
+        const System *s = &r.bench.system;
+        Vec3 before = {0}, after = {0};
+        double size = 0.0;
+        for (int pass = 0; pass < 2; pass++) {
+            Vec3 sum = {0};
+            for (int i = 0; i < s->place_count; i++) {
+                sum = vec3_axpy(sum, s->mass[i], vec3_load(r.state.v + 3 * i));
+                size += s->mass[i] * 3.0;
+            }
+            if (pass == 0) {
+                before = sum;
+                for (int f = 1; f <= 15; f++) {
+                    run_to(&r, f / 30.0);
+                }
+            } else {
+                after = sum;
+            }
+        }
+        CHECK_AT_MOST(vec3_length(vec3_sub(after, before)) / size, 1e-11);
+        run_end(&r);
+    }
+}
+
+/* free fall to 0.1 % at every frame rate */
+static void test_free_fall(void **unused) {
+    (void)unused;
+    const char *names[3] = {"central", "bdf2", "backward_euler"};
+    const double rates[4] = {24, 25, 50, 100};
+    for (int k = 0; k < 3; k++) {
+        for (int rate = 0; rate < 4; rate++) {
+            Run r = {0};
+            r.bench.cloth = cloths_rectangle(0.3, 0.3, 8, 8, cloths_orthotropic());
+            r.bench.scene = cloths_scene(&r.bench.cloth);
+            bench_build(&r.bench, 0);
+            /* backward Euler is first order: it falls g dt t / 2 too far */
+            run_start(&r, names[k], k == 2 ? 1e-3 : 0.0);
+            for (int f = 1; f <= rates[rate]; f++) {
+                run_to(&r, f / rates[rate]);
+            }
+            double fall = 0.5 * 9.81, speed = 9.81;
+            CHECK_AT_MOST(fabs(-r.state.x[2] / fall - 1.0), 1.1e-3);
+            CHECK_AT_MOST(fabs(-r.state.v[2] / speed - 1.0), 1e-3);
+            run_end(&r);
+        }
+    }
+}
+
+/* a sheet falls on a tilted plane: it slides when tan(angle) > mu, and stays otherwise */
+static void test_incline(void **unused) {
+    (void)unused;
+    const double mu = 0.3, shares[3] = {0.99, 1.01, 1.05};
+    for (int k = 0; k < 3; k++) {
+        Run r = {0};
+        double angle = atan(mu * shares[k]);
+        ObstacleDef plane = obstacle_default();
+        plane.name = "plane";
+        plane.solid = (Solid){.kind = SOLID_PLANE};
+        plane.friction = mu;
+        plane.pose.turn = quat_from_axis_angle(vec3(0, 1, 0), angle);
+        r.bench.cloth = cloths_rectangle(0.2, 0.2, 11, 11, cloths_orthotropic());
+        r.bench.cloth.pose.turn = plane.pose.turn;
+        r.bench.cloth.pose.shift = quat_rotate(plane.pose.turn, vec3(0, 0, 1e-3));
+        r.bench.scene = cloths_scene(&r.bench.cloth);
+        r.bench.scene.obstacle_count = 1;
+        r.bench.scene.obstacles = &plane;
+        bench_build(&r.bench, 0);
+        run_start(&r, "central", 0.0);
+        Vec3 down = quat_rotate(plane.pose.turn, vec3(1, 0, 0));
+        double at[3];
+        for (int f = 1; f <= 60; f++) {
+            run_to(&r, f / 30.0);
+            if (f % 30 == 0 || f == 15) {
+                int c = 5 * 11 + 5;
+                at[f == 15 ? 0 : f / 30] = vec3_dot(vec3_load(r.state.x + 3 * c), down);
+            }
+        }
+        /* x(t) = a t^2 / 2 + start: second difference of 1 s and 2 s against 0.5 s */
+        double exact = 9.81 * (sin(angle) - mu * cos(angle));
+        double slid = at[2] - at[1];
+        print_message("  %.2f of mu: slid %.3g m, expected %.3g m\n", shares[k], slid,
+                      1.5 * fmax(exact, 0.0));
+        if (shares[k] < 1.0) {
+            CHECK_AT_MOST(fabs(slid), 1e-6);
+        } else {
+            CHECK_NEAR(slid, 1.5 * exact, 0.02 * 1.5 * exact + 1e-3);
+        }
+        run_end(&r);
+    }
+}
+
+/* the same bits with 1, 2 and 3 threads */
+static void test_threads(void **unused) {
+    (void)unused;
+    uint64_t first = 0;
+    for (int threads = 1; threads <= 3; threads++) {
+        parallel_set_threads(threads);
+        Run r = {0};
+        swing_make(&r.bench, 51);
+        run_start(&r, "central", 0.0);
+        for (int f = 1; f <= 6; f++) {
+            run_to(&r, f / 30.0);
+        }
+        uint64_t hash =
+            hash_bytes(r.state.x, 3 * (size_t)r.bench.system.place_count * sizeof(double));
+        first = threads == 1 ? hash : first;
+        assert_true(hash == first);
+        run_end(&r);
+    }
+    parallel_set_threads(1);
+}
+
+/* static equilibrium: the cantilever through the stepper, also from a shaken start */
+static void test_static(void **unused) {
+    (void)unused;
+    Run r = {0};
+    r.bench.cloth = cloths_rectangle(0.2, 0.05, 21, 6, cloths_orthotropic());
+    r.bench.scene = cloths_scene(&r.bench.cloth);
+    r.bench.handles[0] = handle_default();
+    r.bench.handles[0].kind = HANDLE_CLAMP;
+    r.bench.handles[0].region = REGION_LEFT;
+    bench_build(&r.bench, 1);
+    run_start(&r, "static", 0.0);
+    run_to(&r, 1.0 / 30);
+    double tip = r.state.x[3 * 20 + 2];
+    CHECK_AT_MOST(r.statistics.residual / r.bench.system.weight, 1e-6);
+    state_start(&r.bench.system, &r.state);
+    for (int i = 0; i < r.bench.system.cloths[0].node_count; i++) {
+        r.state.x[3 * i + 2] += r.held[i] ? 0.0 : 0.01 * hash_random(4, (uint64_t)i);
+    }
+    run_to(&r, 2.0 / 30);
+    CHECK_NEAR(r.state.x[3 * 20 + 2], tip, 1e-6);
+    run_end(&r);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_energy),    cmocka_unit_test(test_momentum),
+        cmocka_unit_test(test_free_fall), cmocka_unit_test(test_incline),
+        cmocka_unit_test(test_threads),   cmocka_unit_test(test_static),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
