@@ -1,6 +1,7 @@
 #include "render/draw.h"
 
 #include <math.h>
+#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
@@ -149,6 +150,11 @@ void draw_measure(Drawer *drawer, DrawTimes *times) {
     }
 }
 
+static uint64_t hash_pair(uint64_t a, uint64_t b) {
+    uint64_t both[2] = {a, b};
+    return hash_bytes(both, sizeof both);
+}
+
 bool draw_frame_key(Drawer *drawer, int index, uint64_t *key, Error *error) {
     const StateHeader *header = state_header(drawer->run->reader);
     const Camera *c = &drawer->camera;
@@ -157,39 +163,22 @@ bool draw_frame_key(Drawer *drawer, int index, uint64_t *key, Error *error) {
     if (!run_hash(drawer->run, index, index + 1, &frame, error)) {
         return false;
     }
-    double numbers[] = {c->eye.x,
-                        c->eye.y,
-                        c->eye.z,
-                        c->forward.x,
-                        c->forward.y,
-                        c->forward.z,
-                        c->up.x,
-                        c->up.y,
-                        c->up.z,
-                        c->half_x,
-                        c->half_y,
-                        c->distance,
-                        c->perspective,
-                        c->floor_height,
-                        header->film.floor,
-                        header->film.rate,
-                        drawer->def.width,
-                        drawer->def.height,
-                        quality->samples,
-                        quality->triangle_cap,
-                        quality->blocker_taps,
-                        quality->filter_taps,
-                        quality->shadow_size};
-    uint64_t parts[] = {frame, shader_hash(), hash_bytes(numbers, sizeof numbers), 0,
-                        0,     DRAW_VERSION};
+    double numbers[] = {c->eye.x,          c->eye.y,          c->eye.z,
+                        c->forward.x,      c->forward.y,      c->forward.z,
+                        c->up.x,           c->up.y,           c->up.z,
+                        c->half_x,         c->half_y,         c->distance,
+                        c->perspective,    c->floor_height,   header->film.floor,
+                        header->film.rate, drawer->def.width, drawer->def.height};
+    size_t settings = sizeof *quality - offsetof(Quality, samples);
+    uint64_t seen = hash_bytes(numbers, sizeof numbers);
     for (int i = 0; i < header->cloth_count; i++) {
-        uint64_t both[2] = {parts[3], look_hash(drawer->looks[i])};
-        parts[3] = hash_bytes(both, sizeof both);
+        seen = hash_pair(seen, look_hash(drawer->looks[i]));
     }
     for (int i = 0; i < header->obstacle_count; i++) {
-        uint64_t both[2] = {parts[4], prop_look_hash(drawer->props[i].look)};
-        parts[4] = hash_bytes(both, sizeof both);
+        seen = hash_pair(seen, prop_look_hash(drawer->props[i].look));
     }
+    uint64_t parts[] = {frame, seen, shader_hash(), hash_bytes(&quality->samples, settings),
+                        DRAW_VERSION};
     *key = hash_bytes(parts, sizeof parts);
     return true;
 }

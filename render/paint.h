@@ -15,10 +15,11 @@
 /* How much work a frame may be. The costs are CPU-ms at 1280 x 720 on one core. */
 typedef struct Quality {
     const char *name, *about;
-    int samples;      /* along a pixel side: 1 or 2 */
-    int triangle_cap; /* of the resampled cloths */
-    int blocker_taps, filter_taps;
-    int shadow_size; /* [texel] side of the shadow map */
+    int samples;                               /* along a pixel side: 1 or 2 */
+    int triangle_cap;                          /* of the resampled cloths */
+    int blocker_taps, filter_taps;             /* of the soft shadow on things */
+    int floor_blocker_taps, floor_filter_taps; /* on the half-size backdrop */
+    int shadow_size;                           /* [texel] side of the shadow map */
 } Quality;
 
 extern const Quality qualities[];

@@ -5,8 +5,6 @@
 #include <stdio.h>
 
 #define DEFINES_SIZE 256
-#define FLOOR_BLOCKER_TAPS 8 /* on the half-size backdrop, where a sample is a whole pixel */
-#define FLOOR_FILTER_TAPS 16
 #define OFFSET_SLOPE 1.5f /* polygon offset of the shadow map, per slope and per depth unit */
 #define OFFSET_UNITS 2.0f
 #define STENCIL_MASK 0xff
@@ -19,7 +17,7 @@ bool passes_create_programs(Painter *painter, Error *error) {
              quality->blocker_taps, quality->filter_taps);
     snprintf(floor_taps, sizeof floor_taps,
              "#define SHADED\n#define BLOCKER_TAPS %d\n#define FILTER_TAPS %d\n",
-             FLOOR_BLOCKER_TAPS, FLOOR_FILTER_TAPS);
+             quality->floor_blocker_taps, quality->floor_filter_taps);
     Programs *programs = &painter->programs;
     const struct {
         GLuint *program;
