@@ -67,9 +67,11 @@ static void use_isotropic(FabricKeys *keys) {
     fabric->isotropic = true;
     fabric->stretch_warp = fabric->stretch_weft = keys->iso_stretch;
     fabric->stretch_poisson = fabric->bend_poisson = keys->iso_poisson;
-    fabric->shear = keys->iso_stretch;
-    fabric->shear.value /= 2.0 * (1.0 + poisson);
-    fabric->bend_warp = fabric->bend_weft = fabric->bend_bias = keys->iso_bending;
+    fabric->bend_warp = fabric->bend_weft = keys->iso_bending;
+    FabricNumber derived = {
+        .low = NAN, .high = NAN, .flag = FABRIC_DERIVED, .from = "it is isotropic"};
+    fabric->shear = fabric->bend_bias = derived;
+    fabric->shear.value = keys->iso_stretch.value / (2.0 * (1.0 + poisson));
     fabric_set_twist(fabric, 0.5 * (1.0 - poisson) * keys->iso_bending.value);
 }
 
@@ -175,6 +177,10 @@ static bool read_map(Reader *reader, Sources *sources, const Yaml *map, Fabric *
     }
     if (!schema_read(reader, &fabric_schema, map, &keys) || !check_ways(reader, map)) {
         return false;
+    }
+    if (yaml_find(map, "bending") || yaml_find(map, "bending_length") ||
+        yaml_find(map, "stretch") || yaml_find(map, "shear")) {
+        keys.fabric.isotropic = false; /* whatever the fabric was that it is like */
     }
     if (keys.drape && !fabric_read_drapes(reader, keys.drape, &keys.fabric)) {
         return false;

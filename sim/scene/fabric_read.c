@@ -281,9 +281,29 @@ bool fabric_read_drapes(Reader *reader, const Yaml *list, Fabric *fabric) {
     return ok;
 }
 
+/* three numbers say it all; the others follow from them */
+static void use_isotropic_keys(FabricKeys *keys) {
+    static const size_t derived[] = {
+        offsetof(Fabric, bend_warp),       offsetof(Fabric, bend_weft),
+        offsetof(Fabric, bend_bias),       offsetof(Fabric, bend_poisson),
+        offsetof(Fabric, bend_hysteresis), offsetof(Fabric, bend_onset),
+        offsetof(Fabric, stretch_warp),    offsetof(Fabric, stretch_weft),
+        offsetof(Fabric, stretch_poisson), offsetof(Fabric, stretch_limit),
+        offsetof(Fabric, shear),           offsetof(Fabric, shear_hysteresis)};
+    keys->iso_stretch = keys->fabric.stretch_warp;
+    keys->iso_poisson = keys->fabric.stretch_poisson;
+    keys->iso_bending = keys->fabric.bend_warp;
+    for (size_t i = 0; i < sizeof derived / sizeof derived[0]; i++) {
+        ((FabricNumber *)(void *)((char *)&keys->fabric + derived[i]))->value = NAN;
+    }
+}
+
 void fabric_print_keys(FILE *out, int indent, const Fabric *fabric) {
     FabricKeys keys = fabric_keys_default();
     keys.fabric = *fabric;
+    if (fabric->isotropic) {
+        use_isotropic_keys(&keys);
+    }
     schema_print(out, indent, &fabric_schema, &keys);
     for (int i = 0; i < fabric->drape_count; i++) {
         const char *head = i == 0 ? "drape:\n" : "";
