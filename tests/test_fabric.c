@@ -230,7 +230,7 @@ static void test_measured_numbers(void **state) {
     assert_true(isinf(f.stretch_limit.value));
 }
 
-/* warnings of fabrics.md 4, each from one fabric */
+/* every warning, each from one fabric */
 static const struct {
     const char *keys, *warning;
 } doubtful[] = {

@@ -354,7 +354,7 @@ static void test_effective(void **state) {
         "      turn: {axis: [1, 2, 3], by: 77 deg}, accuracy: 1 %}\n"
         "  b: {shape: {sleeve: {radius: 1/3, length: 0.7}}, spacing: 7 mm, look: clay,\n"
         "      fabric: {weight: 100 g/m2, isotropic: {stretch: 1e4, poisson: 0.3, bending: "
-        "1e-5}}}\n"
+        "0.1 N m}}}\n"
         "handles:\n"
         "  - {hold: a.inner, release: 1/3 s}\n"
         "  - {hold: a, nearest: [0.1, 0.05]}\n"

@@ -63,7 +63,7 @@ typedef struct Fabric {
     const char *const *warnings;
 } Fabric;
 
-/* What a model computes with (mlpg.md 1.2, 1.3; fabrics.md 1). */
+/* What a model computes with (bending D12 = 0 for yarns). */
 typedef struct Material {
     double density;            /* [kg/m2] */
     double c11, c12, c22, c66; /* [N/m] membrane: C11 = E1 / (1 - nu12 nu21), ... */
@@ -76,7 +76,7 @@ Material fabric_material(const Fabric *fabric);
 /* [m] bending length (B / (weight g))^(1/3) for a rigidity B [N m] */
 double fabric_bending_length(const Fabric *fabric, double rigidity);
 
-/* The fabric of a given areal weight [kg/m2] when nothing else is known (fabrics.md 5). */
+/* The fabric of a given areal weight [kg/m2] when nothing else is known. */
 Fabric fabric_from_weight(double weight);
 
 /* Gives every number that is not known (NAN) the median of real fabrics of that weight, flag

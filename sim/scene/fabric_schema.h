@@ -43,7 +43,7 @@ bool fabric_read_value(Reader *reader, Sources *sources, const Yaml *value, Fabr
 bool fabric_read_named(Reader *reader, Sources *sources, const char *name, Place named,
                        Fabric *fabric);
 
-/* Complains about values that no fabric has (fabrics.md 4); `place`: of the fabric as a whole.
+/* Complains about values that no fabric has; `place`: of the fabric as a whole.
  * Only numbers that were given are looked at. False when one is impossible. */
 bool fabric_check(Reader *reader, const Fabric *fabric, Place place);
 
