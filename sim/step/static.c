@@ -130,9 +130,11 @@ static bool advance(const System *system, void *data, State *state, double time_
         return error_set(error, EXIT_INTERRUPTED, "interrupted");
     }
     if (!done) {
+        double residual = implicit_residual(s->implicit, s->held, state, state->x);
         return error_set(error, EXIT_DIFFERS,
-                         "static: no equilibrium found at t = %g s (residual %.2g of the weight)",
-                         time_end, statistics->residual / system->weight);
+                         "static: no equilibrium found at t = %g s; where it started the forces "
+                         "were out of balance by %.2g of the weight",
+                         time_end, residual / system->weight);
     }
     implicit_store_bristles(s->implicit, s->trial.x, &s->trial);
     state_copy(system, state, &s->trial);

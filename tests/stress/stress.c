@@ -1,0 +1,166 @@
+/* stress.c: abuse. Every run must stay finite and come to rest, or stop with a clear reason.
+ * Writes a table: case, stepper, frames done, taken back, kinetic energy left, verdict. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "sim/base/hash.h"
+#include "sim/base/parallel.h"
+#include "tests/support/cloths.h"
+#include "tests/support/strips.h"
+
+#define REST_SHARE 1e-3 /* kinetic energy / (weight * size) that counts as at rest */
+
+typedef enum Abuse {
+    ABUSE_NONE,
+    ABUSE_RANDOM,
+    ABUSE_PLANE,
+    ABUSE_LINE,
+    ABUSE_POINT,
+    ABUSE_STRETCH,
+    ABUSE_THROWN
+} Abuse;
+
+typedef struct StressCase {
+    const char *name;
+    Abuse abuse;
+    double stiffer, lighter; /* factors on stretch stiffness and weight */
+    double rate;             /* [1/s] output intervals */
+    double seconds;
+} StressCase;
+
+static const StressCase cases[] = {
+    {"calm", ABUSE_NONE, 1, 1, 30, 6},
+    {"random positions", ABUSE_RANDOM, 1, 1, 30, 6},
+    {"collapsed to a plane", ABUSE_PLANE, 1, 1, 30, 6},
+    {"collapsed to a line", ABUSE_LINE, 1, 1, 30, 6},
+    {"collapsed to a point", ABUSE_POINT, 1, 1, 30, 6},
+    {"stretched ten-fold", ABUSE_STRETCH, 1, 1, 30, 6},
+    {"thrown at 100 m/s", ABUSE_THROWN, 1, 1, 30, 6},
+    {"output step 1/24 s", ABUSE_NONE, 1, 1, 24, 6},
+    {"output step 0.1 s", ABUSE_NONE, 1, 1, 10, 6},
+    {"stiffness x 1e6", ABUSE_NONE, 1e6, 1, 30, 0.5},
+    {"density x 1e-3", ABUSE_NONE, 1, 1e-3, 30, 2},
+    {"random, stiffness x 1e6", ABUSE_RANDOM, 1e6, 1, 300, 0.01},
+    {"stretched, density x 1e-3", ABUSE_STRETCH, 1, 1e-3, 30, 1},
+};
+
+static void abuse(const StressCase *c, const System *system, State *s) {
+    double centre[3] = {s->x[0], s->x[1], s->x[2]}, size = system->size;
+    for (int i = 0; i < system->node_count; i++) {
+        double *x = s->x + 3 * (size_t)i;
+        switch (c->abuse) {
+        case ABUSE_NONE:
+            break;
+        case ABUSE_RANDOM:
+            for (int a = 0; a < 3; a++) {
+                x[a] = size * hash_random(5, (uint64_t)(3 * i + a));
+            }
+            break;
+        case ABUSE_PLANE:
+            x[0] = centre[0] + 0.3 * size * hash_random(6, (uint64_t)i);
+            x[1] = centre[1] + 0.3 * size * hash_random(7, (uint64_t)i);
+            x[2] = centre[2];
+            break;
+        case ABUSE_LINE:
+            x[0] = centre[0] + 0.3 * size * hash_random(6, (uint64_t)i);
+            x[1] = centre[1], x[2] = centre[2];
+            break;
+        case ABUSE_POINT:
+            x[0] = centre[0], x[1] = centre[1], x[2] = centre[2];
+            break;
+        case ABUSE_STRETCH:
+            x[0] = centre[0] + 10.0 * (x[0] - centre[0]);
+            break;
+        case ABUSE_THROWN:
+            s->v[3 * i + 2] = 100.0;
+            break;
+        }
+    }
+}
+
+static double cpu_now(void) {
+    struct timespec now;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+static bool all_finite(const System *system, const State *s) {
+    for (int i = 0; i < 3 * system->place_count; i++) {
+        if (!isfinite(s->x[i]) || !isfinite(s->v[i])) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/* true when the run behaved */
+static bool run_case(const StressCase *c, const Stepper *stepper, FILE *table) {
+    Bench b = {0};
+    Fabric fabric = cloths_fabric(0.15 * c->lighter, 1000.0 * c->stiffer, 0.2, 1e-5, 0.0);
+    b.cloth = cloths_rectangle(0.3, 0.3, 16, 16, fabric);
+    b.cloth.damping = 5.0;
+    b.scene = cloths_scene(&b.cloth);
+    b.handles[0] = b.handles[1] = handle_default();
+    b.handles[0].region = REGION_TOP_LEFT;
+    b.handles[1].region = REGION_TOP_RIGHT;
+    bench_build(&b, 2);
+    void *data;
+    Error error = {0};
+    Statistics statistics = {.smallest_gap = INFINITY};
+    stepper->create(&b.system, &data, &error);
+    State s = state_allocate(&b.system, &b.arena);
+    unsigned char *held = arena_push(&b.arena, unsigned char, b.system.place_count);
+    state_start(&b.system, &s);
+    system_mark_held(&b.system, 0, held);
+    abuse(c, &b.system, &s);
+    int frames = (int)lround(c->seconds * c->rate), done = 0;
+    double cpu = cpu_now();
+    bool ok = true;
+    for (; ok && done < frames; done += ok) {
+        ok = stepper->advance(&b.system, data, &s, (done + 1) / c->rate, &statistics, &error);
+    }
+    cpu = cpu_now() - cpu;
+    double kinetic =
+        system_kinetic_energy(&b.system, s.v, held) / (b.system.weight * b.system.size);
+    bool finite = all_finite(&b.system, &s), rests = kinetic < REST_SHARE;
+    bool long_enough = c->seconds >= 2.0;
+    bool good = finite && (!ok || rests || !long_enough);
+    const char *verdict = !finite       ? "NOT FINITE"
+                          : !ok         ? "stopped"
+                          : rests       ? "at rest"
+                          : long_enough ? "STILL MOVING"
+                                        : "moving, bounded";
+    fprintf(table, "%s,%s,%d,%d,%.0f,%.3g,%.3g,%s,\"%s\"\n", c->name, stepper->name, done, frames,
+            statistics.retries, kinetic, cpu, verdict, error.text);
+    printf("%-26s %-15s frames %3d/%-3d taken back %4.0f  kinetic %-9.2g cpu %-8.3g %s %s\n",
+           c->name, stepper->name, done, frames, statistics.retries, kinetic, cpu, verdict,
+           error.text);
+    fflush(stdout);
+    if (stepper->destroy) {
+        stepper->destroy(data);
+    }
+    arena_free(&b.arena);
+    return good;
+}
+
+int main(int argc, char **argv) {
+    parallel_fix_environment(argv);
+    FILE *table = fopen(argc > 1 ? argv[1] : "stress.csv", "w");
+    if (!table) {
+        perror("stress");
+        return 74;
+    }
+    fprintf(table, "case,stepper,frames,of,taken_back,kinetic_share,cpu_s,verdict,reason\n");
+    int bad = 0, count = 0;
+    for (size_t c = 0; c < sizeof cases / sizeof *cases; c++) {
+        for (const Stepper *const *stepper = steppers; *stepper; stepper++) {
+            count++;
+            bad += !run_case(&cases[c], *stepper, table);
+        }
+    }
+    fclose(table);
+    printf("%d passed, %d failed\n", count - bad, bad);
+    return bad > 0;
+}
