@@ -9,7 +9,7 @@
 
 #include "sim/base/error.h"
 
-typedef enum WeaveKind { WEAVE_PLAIN, WEAVE_TWILL, WEAVE_SATIN, WEAVE_PILE } WeaveKind;
+typedef enum WeaveKind { WEAVE_PLAIN, WEAVE_TWILL, WEAVE_SATIN, WEAVE_PILE, WEAVE_DENIM } WeaveKind;
 
 typedef struct Look {
     const char *name, *about;

@@ -10,7 +10,7 @@
 
 const Quality qualities[] = {
     {"draft", "quick look, one sample a pixel: about 180 CPU-ms", 1, 51000, 4, 6, 4, 6, 1024},
-    {"standard", "films: 2 x 2 samples a pixel: about 330 CPU-ms", 2, 100000, 4, 6, 5, 9, 2048},
+    {"standard", "films: 2 x 2 samples a pixel: about 340 CPU-ms", 2, 100000, 5, 8, 5, 9, 2048},
     {"quality", "stills: denser surface, smoother shadows: about 410 CPU-ms", 2, 205000, 6, 10, 8,
      16, 2048},
 };

@@ -63,8 +63,8 @@ Threads threads_at(Sample g, vec3 bitangent) {
     float weft_stripe = mix(stripe_at(thread_edge.x), stripe_at(edge.x), w.lod) * stripe.w;
     vec3 warp_color = mix(warp.rgb, stripe.rgb, warp_stripe);
     vec3 weft_color = mix(weft.rgb, stripe.rgb, weft_stripe);
-    float satin = panel.z == float(WEAVE_SATIN) ? 1.0 : 0.0;
-    float warp_part = mix(0.5, g.back ? 0.2 : 0.8, satin);
+    float face_part = panel.z == float(WEAVE_SATIN) ? 0.8 : (panel.z == float(WEAVE_DENIM) ? 0.75 : 0.5);
+    float warp_part = g.back ? 1.0 - face_part : face_part;
     vec3 mean = mix(weft_color, warp_color, warp_part);
     float crown = mix(1.0, w.crown, thread.w);
     vec3 drawn = mix(weft_color, warp_color, w.over) * crown * w.tint;
@@ -73,6 +73,7 @@ Threads threads_at(Sample g, vec3 bitangent) {
     t.lod = w.lod;
     t.over = mix(w.over, warp_part, w.lod);
     t.albedo = mix(drawn, mean * mean_crown, w.lod) * (1.0 + yarn.x * weave_streaks(metres, g.footprint));
+    t.albedo *= g.back ? yarn.y : 1.0;
     vec2 tilt = w.tilt * thread.w * (1.0 - w.lod);
     t.normal = normalize(g.normal + g.tangent * tilt.x + bitangent * tilt.y);
     return t;

@@ -1,7 +1,7 @@
 // weave.glsl: threads that go over and under each other, at their real scale, fading into the
 // mean colour where they are smaller than a sample.
 
-const int WEAVE_PLAIN = 0, WEAVE_TWILL = 1, WEAVE_SATIN = 2, WEAVE_PILE = 3;
+const int WEAVE_PLAIN = 0, WEAVE_TWILL = 1, WEAVE_SATIN = 2, WEAVE_PILE = 3, WEAVE_DENIM = 4;
 
 struct Weave {
     float over;    // 1: the warp thread (along u) is on top, 0: the weft thread
@@ -24,6 +24,9 @@ vec2 weave_float(int kind, ivec2 c, vec2 f, out bool warp_over) {
         warp_over = diagonal < 2;
         float along = warp_over ? f.x : f.y;
         place = (float(diagonal & 1) + along + 0.5) * 0.5 - 0.5;
+    } else if (kind == WEAVE_DENIM) { // 3/1 twill: warp floats over three
+        warp_over = diagonal != 3;
+        place = warp_over ? (float(diagonal) + f.x + 0.5) / 3.0 - 0.5 : f.y;
     } else {
         warp_over = five > 0.5;
         // along u the cell number goes 2, 4, 1, 3 through the float of four cells
@@ -47,7 +50,7 @@ Weave weave_at(int kind, vec2 threads, float threads_per_sample, float reach, bo
     vec2 place = weave_float(kind, c, f, warp_over);
     warp_over = warp_over != back;
     Weave w;
-    w.lod = smoothstep(LOD_BEGIN * reach, LOD_END * reach, threads_per_sample);
+    w.lod = kind == WEAVE_PILE ? 1.0 : smoothstep(LOD_BEGIN * reach, LOD_END * reach, threads_per_sample);
     w.over = warp_over ? 1.0 : 0.0;
     vec2 slope = vec2(place.x * TILT_ACROSS, place.y * TILT_ALONG);
     w.tilt = warp_over ? slope.yx : slope;
