@@ -19,8 +19,9 @@
 #define CONTACT_YIELD_SHARE 0.95 /* of the room left that an obstacle may use */
 #define CONTACT_CATCH_UP 1.25    /* of dt: fastest clock of an obstacle that fell behind */
 
-#define CONTACT_NEAR_STEPS 1.5   /* steps of the fastest motion that stay inside the list */
-#define CONTACT_SLACK_STEPS 40.0 /* steps until the list is made again */
-#define CONTACT_LEAST_SLACK 0.35 /* of dhat */
+#define CONTACT_NEAR_STEPS 2.0 /* steps of the fastest motion within which pairs are evaluated */
+#define CONTACT_LEAST_NEAR_STEPS 1.2 /* a list with less room is made again; 1 is the bound */
+#define CONTACT_SLACK_STEPS 40.0     /* steps until the list is made again */
+#define CONTACT_LEAST_SLACK 0.35     /* of dhat */
 
 #endif

@@ -75,6 +75,7 @@ static void make_list(Contact *c, ContactView view, double fastest, double dt) {
             }
             pair_evaluate(c, view, &pair);
             if (pair.distance <= c->near + c->slack) {
+                pair.due = pair.distance - c->near;
                 c->pairs[c->pair_count++] = pair;
             } else {
                 memset(c->bristles + 3 * ((size_t)i * (size_t)c->def->obstacle_count + (size_t)o),
@@ -118,10 +119,10 @@ static double obstacle_speed(const Contact *c, double dt) {
 
 void contact_refresh(Contact *c, ContactView view, double dt, double fastest) {
     double speed = fastest + obstacle_speed(c, dt);
-    if (c->path + speed * dt > c->slack || CONTACT_NEAR_STEPS * speed * dt > 2.0 * c->near) {
+    if (c->path + speed * dt > c->slack || CONTACT_LEAST_NEAR_STEPS * speed * dt > c->near) {
         make_list(c, view, speed, dt);
     }
-    c->path += speed * dt;
+    c->step = speed * dt;
 }
 
 /* velocity of the obstacle at the contact point, from its last demanded motion */
@@ -189,11 +190,18 @@ static void pair_force(Contact *c, ContactView view, const ContactPair *pair, do
     lanes->weight[slot] = fmin(lanes->weight[slot], weight);
 }
 
+/* may the vertex be nearer than `near` by now? */
+static bool is_due(const Contact *c, const ContactPair *pair) { return c->path >= pair->due; }
+
 void contact_forces(Contact *c, ContactView view, double dt, double share, double time_end) {
     demand_motion(c, dt, time_end);
     for (int p = 0; p < c->pair_count; p++) {
         ContactPair *pair = &c->pairs[p];
+        if (!is_due(c, pair)) {
+            continue;
+        }
         pair_evaluate(c, view, pair);
+        pair->due = c->path + pair->distance - c->near;
         c->statistics.smallest_gap = fmin(c->statistics.smallest_gap, pair->distance);
         if (pair->distance < c->def->distance && !view.held[pair->vertex]) {
             pair_force(c, view, pair, dt, share);
@@ -264,7 +272,7 @@ static void move_obstacles(Contact *c, ContactView view, double dt) {
         double phi = 1.0;
         for (int p = 0; p < c->pair_count && c->def->obstacles[o].moves; p++) {
             const ContactPair *pair = &c->pairs[p];
-            if (pair->obstacle != o) {
+            if (pair->obstacle != o || !is_due(c, pair)) {
                 continue;
             }
             double demand = obstacle_demand(c, pair);
@@ -282,14 +290,17 @@ static void move_obstacles(Contact *c, ContactView view, double dt) {
 
 void contact_guard(Contact *c, ContactView view, double dt) {
     for (int p = 0; p < c->pair_count; p++) {
-        if (c->pairs[p].distance < c->near) {
+        if (is_due(c, &c->pairs[p])) {
             pair_impulse(c, view, &c->pairs[p], dt);
         }
     }
     for (int p = 0; p < c->pair_count; p++) {
-        pair_truncate(c, view, &c->pairs[p], dt);
+        if (is_due(c, &c->pairs[p])) {
+            pair_truncate(c, view, &c->pairs[p], dt);
+        }
     }
     move_obstacles(c, view, dt);
+    c->path += c->step;
 }
 
 double contact_energy(const Contact *c, ContactView view, double dt) {

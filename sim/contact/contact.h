@@ -48,6 +48,8 @@ typedef struct ContactPair {
     double distance; /* [m] */
     Vec3 normal;     /* from the obstacle to the vertex */
     Vec3 point;      /* closest point of the obstacle */
+    double due;      /* [m] path at which it can be near at the earliest; until then it is neither
+                   evaluated nor guarded */
 } ContactPair;
 
 typedef struct ContactStatistics {
@@ -60,7 +62,7 @@ typedef struct Contact {
     ContactPair *pairs; /* (vertex_count x obstacle_count at most) */
     int pair_count;
     double near, slack; /* [m] pairs not in the list are at least near + slack - path away */
-    double path;        /* [m] longest possible motion since the list was made */
+    double path, step;  /* [m] longest possible motion since the list was made, in this step */
     Pose *poses;        /* (obstacle_count) now */
     Pose *next;         /* (obstacle_count) demanded at the end of the step */
     double *clocks;     /* [s] (obstacle_count) */

@@ -43,7 +43,7 @@ static Vec3 revolve(Vec3 p, double r, double normal_r, double normal_z) {
 }
 
 static double distance_cylinder(Vec3 p, double half, double radius, Vec3 *normal) {
-    double r = hypot(p.x, p.y), up = p.z < 0 ? -1.0 : 1.0;
+    double r = sqrt(p.x * p.x + p.y * p.y), up = p.z < 0 ? -1.0 : 1.0;
     double qr = r - radius, qz = fabs(p.z) - half;
     if (qr > 0.0 && qz > 0.0) {
         double d = hypot(qr, qz);
@@ -64,7 +64,7 @@ static double distance_capsule(Vec3 p, double half, double radius, Vec3 *normal)
 
 /* triangle (apex (0, half), base corner (radius, -half)) in the (r, z) half plane */
 static double distance_cone(Vec3 p, double half, double radius, Vec3 *normal) {
-    double r = hypot(p.x, p.y);
+    double r = sqrt(p.x * p.x + p.y * p.y);
     double slant = hypot(radius, 2.0 * half);
     double side_r = 2.0 * half / slant, side_z = radius / slant; /* outward normal of the side */
     double to_side = side_r * r + side_z * (p.z - half);
@@ -113,7 +113,7 @@ double solid_distance(const Solid *solid, Vec3 p, Vec3 *normal) {
 
 double solid_support(const Solid *solid, Vec3 d) {
     Vec3 half = solid->half;
-    double r = solid->radius, across = hypot(d.x, d.y);
+    double r = solid->radius, across = sqrt(d.x * d.x + d.y * d.y);
     switch (solid->kind) {
     case SOLID_SPHERE:
         return r;
