@@ -22,6 +22,7 @@ for program in "$@"; do
     failed=$((failed + bad))
     printf '%-24s %3d passed, %d failed, %d s\n' "$(basename "$program")" "$ok" "$bad" \
         $(($(date +%s) - start))
+    grep '^SKIPPED' "$log"
     [ "$bad" -eq 0 ] || cat "$log"
 done
 rm -f "$log"

@@ -1,0 +1,76 @@
+#!/bin/sh
+# fuzz.sh SECONDS [scene|state]: fuzzes the scene reader and the states reader, each for so long,
+# with AddressSanitizer and UBSan. Anything found fails and leaves its input in build/fuzz/.
+set -eu
+cd "$(dirname "$0")/.."
+seconds=${1:-60}
+only=${2:-scene state}
+out=build/fuzz
+command -v clang >/dev/null || { echo "fuzz: clang is missing: run scripts/setup.sh" >&2; exit 66; }
+mkdir -p "$out"
+
+build() {
+    name=$1 libs=$2; shift 2
+    echo "fuzz: building fuzz_$name"
+    clang -std=gnu17 -g -O1 -ffp-contract=off -fsanitize=fuzzer,address,undefined \
+        -fno-sanitize-recover=undefined -fno-omit-frame-pointer -I. -D_GNU_SOURCE \
+        -isystem /usr/include/suitesparse -DTOILE_SOURCE_DIR="\"$PWD\"" \
+        "tests/fuzz/fuzz_$name.c" "$@" $libs -o "$out/fuzz_$name"
+}
+
+# small states files: a lattice with an obstacle and a scattered disc, a few frames each
+state_corpus() {
+    [ -x build/release/toile-sim ] || make -s all
+    for shape in 'rectangle: {width: 8 cm, height: 4 cm}|nodes: 5 x 3' \
+        'disc: {radius: 5 cm}|spacing: 3 cm'; do
+        name=${shape%%:*}
+        cat >"$out/$name.yaml" <<TEXT
+toile: 1
+film: {rate: 30, seconds: 0.1}
+cloth:
+  sheet: {shape: {${shape%|*}}, fabric: wool-tropical, ${shape#*|}}
+obstacles:
+  ball: {sphere: {radius: 3 cm}, at: [0, 0, -10 cm]}
+TEXT
+        build/release/toile-sim sim "$out/$name.yaml" -o "$out/$name.run" --force --quiet
+        cp "$out/$name.run/run.states" "$1/$name.states"
+    done
+    cp tests/golden/disc.states "$1/"
+}
+
+run() {
+    name=$1 longest=$2
+    echo "fuzz: fuzz_$name for $seconds s"
+    ASAN_OPTIONS=detect_leaks=1 UBSAN_OPTIONS=print_stacktrace=1 "$out/fuzz_$name" \
+        -max_total_time="$seconds" -max_len="$longest" -timeout=10 -rss_limit_mb=4096 \
+        -artifact_prefix="$out/$name-" -print_final_stats=1 "$out/corpus_$name" \
+        >"$out/$name.log" 2>&1 || {
+        tail -40 "$out/$name.log" >&2
+        echo "fuzz: fuzz_$name found something: $out/$name.log" >&2
+        return 1
+    }
+    grep -E 'number_of_executed_units|^Done|cov:' "$out/$name.log" | tail -2
+}
+
+bad=0
+for target in $only; do
+    mkdir -p "$out/corpus_$target"
+    case $target in
+    scene)
+        build scene "-lyaml -ludunits2 -lxxhash -lm" sim/base/*.c sim/geom/solid.c \
+            sim/geom/points.c $(ls sim/scene/*.c | grep -v mesh_import)
+        for file in assets/scenes/*.yaml assets/fabrics/*.yaml tests/bad/*; do
+            [ "$(wc -c <"$file")" -gt 16384 ] || cp "$file" "$out/corpus_scene/"
+        done
+        run scene 16384 || bad=1
+        ;;
+    state)
+        build state "-lxxhash -lm" sim/base/*.c sim/state/*.c
+        state_corpus "$out/corpus_state"
+        run state 65536 || bad=1
+        ;;
+    *) echo "fuzz: no target $target" >&2; exit 2 ;;
+    esac
+done
+[ "$bad" -eq 0 ] && echo "fuzz: nothing found"
+exit "$bad"
