@@ -86,7 +86,7 @@ $(BUILD)/tests/%: $(BUILD)/tests/%.o $(call objects,$(TEST_SUPPORT)) $(SIM_OBJEC
 
 # ---- what users type ----
 
-.PHONY: help setup demo test unit check lint format format-check layers sanitize coverage fuzz \
+.PHONY: help setup demo test unit check lint format format-check layers determinism sanitize coverage fuzz \
 	bench stress golden-accept film clean
 
 help:
@@ -115,9 +115,12 @@ test: setup
 
 T ?= *
 unit: all $(TESTS)
-	@scripts/run_tests.sh $(sort $(wildcard $(BUILD)/tests/test_$(T)))
+	@scripts/run_tests.sh $(BUILD)/tests/test_$(T)
 
-check: layers format-check lint test
+check: layers format-check lint determinism test
+
+determinism:
+	@scripts/check_determinism.sh
 
 layers:
 	@scripts/check_layers.sh
@@ -168,7 +171,7 @@ fuzz:
 	@scripts/fuzz.sh $(SECONDS)
 
 golden-accept: all $(TESTS)
-	TOILE_GOLDEN_ACCEPT=1 scripts/run_tests.sh $(wildcard $(BUILD)/tests/test_render*)
+	TOILE_GOLDEN_ACCEPT=1 scripts/run_tests.sh $(BUILD)/tests/test_render*
 
 film: all
 	scripts/toile film $(SCENE)

@@ -6,7 +6,7 @@ flags="-std=c17 -I. -isystem /usr/include/suitesparse -D_GNU_SOURCE -DTOILE_SOUR
     -DSWEEP_VARIANT=scalar"
 files=$(git ls-files 'sim/*.c' 'render/*.c')
 bad=0
-printf '%s\n' $files | xargs -P 2 -n 6 sh -c '
+printf '%s\n' $files | xargs -P 2 -n 1 sh -c '
     flags=$1; shift
     clang-tidy --quiet "$@" -- $flags 2>/dev/null' sh "$flags" >/tmp/toile_tidy.$$ || bad=1
 if grep -q -E 'warning:|error:' /tmp/toile_tidy.$$; then
