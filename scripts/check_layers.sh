@@ -63,7 +63,7 @@ for file in $(git ls-files 'sim/*.c' 'sim/*.h' 'render/*.c' 'render/*.h' 'tests/
     esac
 done
 # element kernels that may be longer than 60 lines (at most 150)
-kernels="cell_row"
+kernels="cell_row rest_row"
 long=$(mktemp)
 for file in $(git ls-files 'sim/*.c' 'render/*.c' 'tests/*.c'); do
     awk -v file="$file" -v kernels="$kernels" '

@@ -252,7 +252,7 @@ static void sweep_case(const Case *c, const ClothModel *model) {
     int n = 3 * f.places, *slots = arena_push(&f.arena, int, f.places);
     double *g = arena_push(&f.arena, double, n), *first = arena_push(&f.arena, double, n);
     model->add_gradient(&f.cloth, f.x, g);
-    if (model->add_rest_gradient) {
+    if (model->add_rest_gradient && !f.cloth.lattice->rest) {
         double *rest = arena_push(&f.arena, double, n);
         model->add_rest_gradient(&f.cloth, f.x, rest);
         for (int i = 0; i < n; i++) {

@@ -26,6 +26,9 @@ static void create_sweep(const Cloth *cloth, SweepLattice *sweep) {
                             .d22 = m->d22,
                             .d66 = m->d66};
     sweep->hourglass = mlpg_hourglass(m, p->h1, p->h2, MLPG_HOURGLASS_LATTICE);
+    sweep->rest1 = p->rest_curvature[0];
+    sweep->rest2 = p->rest_curvature[1];
+    sweep->rest = p->wrap && (sweep->rest1 != 0.0 || sweep->rest2 != 0.0);
     memcpy(sweep->clamp, cloth->clamp, sizeof sweep->clamp);
 }
 

@@ -43,7 +43,8 @@ struct ClothModel {
     double (*energy)(const Cloth *cloth, const double *x);
     /* gradient += dE/dx [N]; (node_count + ghost_count) x 3. */
     void (*add_gradient)(const Cloth *cloth, const double *x, double *gradient);
-    /* Only the part of dE/dx that the explicit sweep of `lattice` leaves out; NULL: nothing. */
+    /* Only the rest-curvature part of dE/dx, which the sweep of `lattice` leaves out unless
+     * lattice->rest; NULL: nothing. */
     void (*add_rest_gradient)(const Cloth *cloth, const double *x, double *gradient);
     /* Stress per strain sample [N/m], as mixed-point Newton keeps it: stress = C strain(x);
      * (strain_count). */

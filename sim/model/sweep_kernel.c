@@ -29,6 +29,9 @@ typedef struct Rows {
     double *m22[3][3];   /* node rows j - 1, j, j + 1 */
     double *spare[2][3]; /* m11, m22 of a border row whose m22 belongs to the next row */
     double *force[3];
+    double *normal[2][3]; /* of a row and of the border row beyond it; rest curvature only */
+    double *turn1[2][3];  /* node rows j, j + 1: couples that turn the slope F1 */
+    double *turn2[3][3];  /* node rows j - 1, j, j + 1: the same for F2 */
 } Rows;
 
 static void rows_bind(Rows *rows, double *buffer, int stride) {
@@ -42,9 +45,12 @@ static void rows_bind(Rows *rows, double *buffer, int stride) {
         for (int k = 0; k < 2; k++) {
             rows->m11[k][c] = next, next += stride;
             rows->spare[k][c] = next, next += stride;
+            rows->normal[k][c] = next, next += stride;
+            rows->turn1[k][c] = next, next += stride;
         }
         for (int k = 0; k < 3; k++) {
             rows->m22[k][c] = next, next += stride;
+            rows->turn2[k][c] = next, next += stride;
         }
         rows->force[c] = next, next += stride;
     }
@@ -128,8 +134,10 @@ static int curvature_centre(int at, int count, bool clamp_low, bool clamp_high, 
     return at;
 }
 
-/* moments of one component of node row j: m11 folded to its centres, m22 added to *m22 */
-static void moment_component(const SweepLattice *l, const double *x, int j, double *restrict m11,
+/* moments of one component of node row j: m11 folded to its centres, m22 as it is; `normal` of
+ * the row, or NULL without rest curvature */
+static void moment_component(const SweepLattice *l, const double *x, int j,
+                             const double *restrict normal, double *restrict m11,
                              double *restrict m22) {
     double scale2, scale1;
     int centre2 = curvature_centre(j, l->nv, l->clamp[2], l->clamp[3], &scale2);
@@ -145,6 +153,15 @@ static void moment_component(const SweepLattice *l, const double *x, int j, doub
         double k22 = to_k2 * ((low[i] - mid[i]) + (high[i] - mid[i]));
         m11[i] = w11 * k11 + w12 * k22;
         m22[i] = w22 * k22 + w21 * k11;
+    }
+    if (normal) {
+        double rest11 = w11 * l->rest1 + w * l->d12 * l->rest2;
+        double rest22 = w22 * l->rest2 + w21 * l->rest1;
+        ROW_LOOP
+        for (int i = 0; i < l->nu; i++) {
+            m11[i] -= rest11 * normal[i];
+            m22[i] -= rest22 * normal[i];
+        }
     }
     if (l->wrap) {
         m11[-1] = m11[l->nu - 1];
@@ -169,6 +186,81 @@ static void moment_component(const SweepLattice *l, const double *x, int j, doub
     m11[-1] = m11[l->nu] = 0.0;
 }
 
+/* Rest curvature of a wrapped lattice: energy -n . q with q = M1 k11 + M2 k22. Normals of node
+ * row j, and the couples F2 x y and y x F1 (y: the part of q in the surface / |F1 x F2|), already
+ * divided by the width over which the slopes are taken (bending.c). */
+static void rest_row(const SweepLattice *l, const Lanes *lanes, int j, double *const normal[3],
+                     double *const turn1[3], double *const turn2[3]) {
+    double scale;
+    int centre = curvature_centre(j, l->nv, l->clamp[2], l->clamp[3], &scale);
+    int low_row = j > 0 ? j - 1 : j, high_row = j + 1 < l->nv ? j + 1 : j;
+    double w = l->h1 * l->h2 * (j == 0 || j == l->nv - 1 ? 0.5 : 1.0);
+    double m1 = w * (l->d11 * l->rest1 + l->d12 * l->rest2) / (l->h1 * l->h1);
+    double m2 = w * (l->d12 * l->rest1 + l->d22 * l->rest2) * scale / (l->h2 * l->h2);
+    double to_f1 = 0.5 / l->h1, to_f2 = 1.0 / (l->h2 * (high_row - low_row));
+    const double *p[3][3], *k[3][3]; /* rows of the slopes; rows of k22 */
+    for (int c = 0; c < 3; c++) {
+        const double *x = lanes->x[c] + l->first;
+        p[0][c] = x + (ptrdiff_t)low_row * l->stride;
+        p[1][c] = x + (ptrdiff_t)j * l->stride;
+        p[2][c] = x + (ptrdiff_t)high_row * l->stride;
+        k[1][c] = x + (ptrdiff_t)centre * l->stride;
+        k[0][c] = k[1][c] - l->stride, k[2][c] = k[1][c] + l->stride;
+    }
+    const double *restrict x0 = p[0][0], *restrict y0 = p[0][1], *restrict z0 = p[0][2];
+    const double *restrict x1 = p[1][0], *restrict y1 = p[1][1], *restrict z1 = p[1][2];
+    const double *restrict x2 = p[2][0], *restrict y2 = p[2][1], *restrict z2 = p[2][2];
+    const double *restrict xl = k[0][0], *restrict yl = k[0][1], *restrict zl = k[0][2];
+    const double *restrict xm = k[1][0], *restrict ym = k[1][1], *restrict zm = k[1][2];
+    const double *restrict xh = k[2][0], *restrict yh = k[2][1], *restrict zh = k[2][2];
+    double *restrict nx = normal[0], *restrict ny = normal[1], *restrict nz = normal[2];
+    double *restrict ax = turn1[0], *restrict ay = turn1[1], *restrict az = turn1[2];
+    double *restrict bx = turn2[0], *restrict by = turn2[1], *restrict bz = turn2[2];
+    ROW_LOOP
+    for (int i = 0; i < l->nu; i++) {
+        double ux = to_f1 * (x1[i + 1] - x1[i - 1]), uy = to_f1 * (y1[i + 1] - y1[i - 1]);
+        double uz = to_f1 * (z1[i + 1] - z1[i - 1]);
+        double vx = to_f2 * (x2[i] - x0[i]), vy = to_f2 * (y2[i] - y0[i]);
+        double vz = to_f2 * (z2[i] - z0[i]);
+        double cx = uy * vz - uz * vy, cy = uz * vx - ux * vz, cz = ux * vy - uy * vx;
+        /* collapsed cells have no normal, and then no rest moment either */
+        double size = cx * cx + cy * cy + cz * cz, root = __builtin_sqrt(size);
+        double inverse = root > 1e-150 ? 1.0 / root : 0.0;
+        cx *= inverse, cy *= inverse, cz *= inverse;
+        double qx = m1 * ((x1[i - 1] - x1[i]) + (x1[i + 1] - x1[i])) +
+                    m2 * ((xl[i] - xm[i]) + (xh[i] - xm[i]));
+        double qy = m1 * ((y1[i - 1] - y1[i]) + (y1[i + 1] - y1[i])) +
+                    m2 * ((yl[i] - ym[i]) + (yh[i] - ym[i]));
+        double qz = m1 * ((z1[i - 1] - z1[i]) + (z1[i + 1] - z1[i])) +
+                    m2 * ((zl[i] - zm[i]) + (zh[i] - zm[i]));
+        double out = qx * cx + qy * cy + qz * cz;
+        qx = inverse * (qx - out * cx), qy = inverse * (qy - out * cy);
+        qz = inverse * (qz - out * cz);
+        nx[i] = cx, ny[i] = cy, nz[i] = cz;
+        ax[i] = to_f1 * (vy * qz - vz * qy), ay[i] = to_f1 * (vz * qx - vx * qz);
+        az[i] = to_f1 * (vx * qy - vy * qx);
+        bx[i] = to_f2 * (qy * uz - qz * uy), by[i] = to_f2 * (qz * ux - qx * uz);
+        bz[i] = to_f2 * (qx * uy - qy * ux);
+    }
+    for (int c = 0; c < 3; c++) {
+        turn1[c][-1] = turn1[c][l->nu - 1];
+        turn1[c][l->nu] = turn1[c][0];
+    }
+}
+
+/* force of the couples: the slope of node i is taken from its neighbours (in v: from itself on a
+ * border) */
+static void gather_turns(const SweepLattice *l, const Rows *rows, int j, int c) {
+    const double *restrict a = rows->turn1[0][c], *restrict low = rows->turn2[0][c];
+    const double *restrict own = rows->turn2[1][c], *restrict high = rows->turn2[2][c];
+    double *restrict force = rows->force[c];
+    double from_own = j == 0 ? -1.0 : j == l->nv - 1 ? 1.0 : 0.0;
+    ROW_LOOP
+    for (int i = 0; i < l->nu; i++) {
+        force[i] += (a[i - 1] - a[i + 1]) + (low[i] - high[i]) + from_own * own[i];
+    }
+}
+
 static bool own_centre(const SweepLattice *l, int j) {
     double scale;
     return curvature_centre(j, l->nv, l->clamp[2], l->clamp[3], &scale) == j;
@@ -177,14 +269,21 @@ static bool own_centre(const SweepLattice *l, int j) {
 /* m11 of node row j, and m22 gathered at it: its own unless its centre is the next inner row,
  * plus that of a border row whose centre it is */
 static void moment_row(const SweepLattice *l, const Lanes *lanes, int j, const Rows *rows,
-                       double *const m11[3], double *const m22[3]) {
+                       double *const m11[3], double *const m22[3], double *const turn1[3],
+                       double *const turn2[3]) {
     if (j < 0 || j >= l->nv) {
         fill_zero(m22, 0, l->nu);
+        if (l->rest) {
+            fill_zero(turn2, 0, l->nu);
+        }
         return;
+    }
+    if (l->rest) {
+        rest_row(l, lanes, j, rows->normal[0], turn1, turn2);
     }
     for (int c = 0; c < 3; c++) {
         const double *x = lanes->x[c] + l->first;
-        moment_component(l, x, j, m11[c], m22[c]);
+        moment_component(l, x, j, l->rest ? rows->normal[0][c] : NULL, m11[c], m22[c]);
     }
     if (!own_centre(l, j)) {
         fill_zero(m22, 0, l->nu);
@@ -195,9 +294,12 @@ static void moment_row(const SweepLattice *l, const Lanes *lanes, int j, const R
         if (j != next || own_centre(l, border)) {
             continue;
         }
+        if (l->rest) {
+            rest_row(l, lanes, border, rows->normal[1], rows->force, rows->spare[0]);
+        }
         for (int c = 0; c < 3; c++) {
-            moment_component(l, lanes->x[c] + l->first, border, rows->spare[0][c],
-                             rows->spare[1][c]);
+            moment_component(l, lanes->x[c] + l->first, border, l->rest ? rows->normal[1][c] : NULL,
+                             rows->spare[0][c], rows->spare[1][c]);
             double *restrict sum = m22[c];
             const double *restrict add = rows->spare[1][c];
             ROW_LOOP
@@ -243,6 +345,12 @@ static void kick_row(const SweepLattice *l, const Lanes *lanes, const SweepKick 
 static void rotate_moments(Rows *rows) {
     for (int c = 0; c < 3; c++) {
         double *oldest = rows->m22[0][c], *done = rows->m11[0][c];
+        double *oldest_turn = rows->turn2[0][c], *done_turn = rows->turn1[0][c];
+        rows->turn2[0][c] = rows->turn2[1][c];
+        rows->turn2[1][c] = rows->turn2[2][c];
+        rows->turn2[2][c] = oldest_turn;
+        rows->turn1[0][c] = rows->turn1[1][c];
+        rows->turn1[1][c] = done_turn;
         rows->m22[0][c] = rows->m22[1][c];
         rows->m22[1][c] = rows->m22[2][c];
         rows->m22[2][c] = oldest;
@@ -261,8 +369,9 @@ static void kick_rows(const SweepLattice *l, const Lanes *lanes, const SweepKick
                       int row_begin, int row_end, double *buffer) {
     Rows rows;
     rows_bind(&rows, buffer, l->stride);
-    moment_row(l, lanes, row_begin - 1, &rows, rows.m11[1], rows.m22[0]);
-    moment_row(l, lanes, row_begin, &rows, rows.m11[0], rows.m22[1]);
+    moment_row(l, lanes, row_begin - 1, &rows, rows.m11[1], rows.m22[0], rows.turn1[1],
+               rows.turn2[0]);
+    moment_row(l, lanes, row_begin, &rows, rows.m11[0], rows.m22[1], rows.turn1[0], rows.turn2[1]);
     CellRow *below = &rows.cells[0], *above = &rows.cells[1];
     if (row_begin > 0) {
         cell_row(l, lanes, row_begin - 1, below);
@@ -270,7 +379,7 @@ static void kick_rows(const SweepLattice *l, const Lanes *lanes, const SweepKick
         no_cells(l, below);
     }
     for (int j = row_begin; j < row_end; j++) {
-        moment_row(l, lanes, j + 1, &rows, rows.m11[1], rows.m22[2]);
+        moment_row(l, lanes, j + 1, &rows, rows.m11[1], rows.m22[2], rows.turn1[1], rows.turn2[2]);
         if (j + 1 < l->nv) {
             cell_row(l, lanes, j, above);
         } else {
@@ -278,6 +387,9 @@ static void kick_rows(const SweepLattice *l, const Lanes *lanes, const SweepKick
         }
         for (int c = 0; c < 3; c++) {
             gather_force(l, &rows, below, above, c);
+            if (l->rest) {
+                gather_turns(l, &rows, j, c);
+            }
             kick_row(l, lanes, kick, j, rows.force[c], c);
         }
         rotate_moments(&rows);

@@ -19,8 +19,10 @@ struct Explicit {
     double *chunk_speed;    /* [m2/s2] */
     double *x, *gradient;   /* (place_count x 3) for cloths without a sweep */
     unsigned char *held;    /* (place_count) */
-    double *targets;        /* [m] (place_count x 3) of held places */
-    double *v_held;         /* [m/s] (place_count x 3) of held places before a kick */
+    int held_count;
+    int *held_places; /* (held_count) rising */
+    double *targets;  /* [m] (place_count x 3) of held places */
+    double *v_held;   /* [m/s] (place_count x 3) of held places before a kick */
     Contact contact;
     bool has_contact;
     double limit; /* [s] */
@@ -80,6 +82,7 @@ Explicit *explicit_create(const System *system) {
     e->gradient = arena_push(system->arena, double, 3 * system->place_count);
     e->v_held = arena_push(system->arena, double, 3 * system->place_count);
     e->targets = arena_push(system->arena, double, 3 * system->place_count);
+    e->held_places = arena_push(system->arena, int, system->place_count);
     e->held = arena_push(system->arena, unsigned char, system->place_count);
     e->has_contact = system->contact.obstacle_count > 0;
     if (e->has_contact) {
@@ -183,8 +186,9 @@ static void kick(Explicit *e, double dt) {
         const Cloth *cloth = &e->system->cloths[c];
         SweepKick kick_one = kick_of(e, c, dt);
         if (e->lattices[c].nu > 0) {
-            bool rest = cloth->model->add_rest_gradient && (cloth->panel.rest_curvature[0] != 0.0 ||
-                                                            cloth->panel.rest_curvature[1] != 0.0);
+            bool rest =
+                cloth->model->add_rest_gradient && !cloth->lattice->rest &&
+                (cloth->panel.rest_curvature[0] != 0.0 || cloth->panel.rest_curvature[1] != 0.0);
             if (rest) {
                 add_model_force(e, c, cloth->model->add_rest_gradient);
             }
@@ -248,22 +252,22 @@ static double drift(Explicit *e, double dt) {
  * work done on the cloth: minus internal force times motion */
 static double steer_held(Explicit *e, double dt, double kick_dt, double time_end) {
     const System *system = e->system;
-    double *v_held = e->v_held;
     double work = 0.0;
     system_place_held(system, time_end, e->targets);
-    for (int c = 0; c < system->cloth_count; c++) {
+    for (int k = 0, c = -1; k < e->held_count; k++) {
+        int i = e->held_places[k], slot = e->slot[i];
+        while (i >= system->first[c + 1]) {
+            c++; /* held places are in rising order */
+        }
         SweepKick one = kick_of(e, c, kick_dt);
         double push[3] = {one.push.x, one.push.y, one.push.z};
-        for (int i = system->first[c]; i < system->first[c + 1]; i++) {
-            for (int a = 0; a < 3 && e->held[i]; a++) {
-                double *v = &e->lanes.v[a][e->slot[i]];
-                double internal =
-                    system->mass[i] * ((*v / one.keep - v_held[3 * i + a]) / kick_dt - push[a]);
-                double moved = e->targets[3 * i + a] - e->lanes.x[a][e->slot[i]];
-                *v = moved / dt;
-                v_held[3 * i + a] = *v;
-                work -= internal * moved;
-            }
+        for (int a = 0; a < 3; a++) {
+            double *v = &e->lanes.v[a][slot], *v_held = &e->v_held[3 * i + a];
+            double internal = system->mass[i] * ((*v / one.keep - *v_held) / kick_dt - push[a]);
+            double moved = e->targets[3 * i + a] - e->lanes.x[a][slot];
+            *v = moved / dt;
+            *v_held = *v;
+            work -= internal * moved;
         }
     }
     return work;
@@ -387,10 +391,20 @@ static void store(Explicit *e, State *state, double time_end) {
     }
 }
 
+static void mark_held(Explicit *e, double time) {
+    system_mark_held(e->system, time, e->held);
+    e->held_count = 0;
+    for (int i = 0; i < e->system->place_count; i++) {
+        if (e->held[i]) {
+            e->held_places[e->held_count++] = i;
+        }
+    }
+}
+
 ExplicitResult explicit_interval(Explicit *e, const ExplicitRun *run, State *state) {
     ExplicitResult result = {.contact = {.smallest_gap = INFINITY}};
     load(e, state);
-    system_mark_held(e->system, state->time, e->held);
+    mark_held(e, state->time);
     if (e->has_contact) {
         double fastest = fastest_now(e);
         contact_begin(&e->contact, view_of(e), state->poses, state->clocks, state->bristles,
