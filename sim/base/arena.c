@@ -78,6 +78,7 @@ ArenaMark arena_mark(const Arena *arena) {
 void arena_rewind(Arena *arena, ArenaMark mark) {
     while (arena->chunk != mark.chunk) {
         ArenaChunk *emptied = arena->chunk;
+        ASSERT(emptied); /* or the mark is of another arena */
         arena->chunk = emptied->older;
         chunk_destroy(emptied->spare);
         emptied->spare = NULL;

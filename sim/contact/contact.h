@@ -78,8 +78,7 @@ Contact contact_create(const ContactDef *def, Arena *arena);
 Pose contact_pose(const ContactObstacle *obstacle, double clock);
 
 /* Energy E [J], force -dE/dd [N] and stiffness [N/m] of the law above. */
-double contact_law(double distance, double dhat, double stiffness, double *force,
-                   double *curvature);
+double contact_law(double distance, double dhat, double k, double *force, double *curvature);
 
 /* ---- implicit road: the same law with a stiffness that does not depend on the step ---- */
 

@@ -45,52 +45,52 @@ static void fill_terms(const BendingSamples *s, Term *terms) {
 }
 
 /* K by rows from sorted terms */
-static void compress(Bending *k, Term *terms, size_t count, Arena *arena) {
+static void compress(Bending *b, Term *terms, size_t count, Arena *arena) {
     size_t entries = 0;
     for (size_t t = 0; t < count; t++) {
         entries += t == 0 || terms[t].key != terms[t - 1].key;
     }
-    k->start = arena_push(arena, int, k->node_count + 1);
-    k->column = arena_push(arena, int, entries);
-    k->value = arena_push(arena, double, entries);
+    b->start = arena_push(arena, int, b->node_count + 1);
+    b->column = arena_push(arena, int, entries);
+    b->value = arena_push(arena, double, entries);
     size_t at = 0;
     for (size_t t = 0; t < count; t++) {
         if (t == 0 || terms[t].key != terms[t - 1].key) {
-            k->column[at++] = (int)(terms[t].key & 0xffffffffu);
-            k->start[(terms[t].key >> 32) + 1]++;
+            b->column[at++] = (int)(terms[t].key & 0xffffffffu);
+            b->start[(terms[t].key >> 32) + 1]++;
         }
-        k->value[at - 1] += terms[t].value;
+        b->value[at - 1] += terms[t].value;
     }
-    for (int i = 0; i < k->node_count; i++) {
-        k->start[i + 1] += k->start[i];
+    for (int i = 0; i < b->node_count; i++) {
+        b->start[i + 1] += b->start[i];
     }
 }
 
-static void create_rest(Bending *k, const BendingSamples *s, const double k0[2], Arena *arena) {
-    k->rest_samples = s;
-    k->rest_moment = (double(*)[2])arena_alloc(arena, sizeof(double[2]) * (size_t)s->sample_count);
+static void create_rest(Bending *b, const BendingSamples *s, const double k0[2], Arena *arena) {
+    b->rest_samples = s;
+    b->rest_moment = (double(*)[2])arena_alloc(arena, sizeof(double[2]) * (size_t)s->sample_count);
     for (int i = 0; i < s->sample_count; i++) {
         const double *w = s->weight[i];
-        k->rest_moment[i][0] = w[0] * k0[0] + w[1] * k0[1];
-        k->rest_moment[i][1] = w[1] * k0[0] + w[2] * k0[1];
-        k->rest_energy += 0.5 * (k->rest_moment[i][0] * k0[0] + k->rest_moment[i][1] * k0[1]);
+        b->rest_moment[i][0] = w[0] * k0[0] + w[1] * k0[1];
+        b->rest_moment[i][1] = w[1] * k0[0] + w[2] * k0[1];
+        b->rest_energy += 0.5 * (b->rest_moment[i][0] * k0[0] + b->rest_moment[i][1] * k0[1]);
     }
 }
 
 Bending bending_create(const BendingSamples *samples, int node_count, int solved_count,
                        const double rest_curvature[2], Arena *arena) {
-    Bending k = {.node_count = node_count, .solved_count = solved_count};
+    Bending b = {.node_count = node_count, .solved_count = solved_count};
     size_t count = count_terms(samples);
     Term *terms = malloc((count + 1) * sizeof *terms);
     ASSERT(terms);
     fill_terms(samples, terms);
     qsort(terms, count, sizeof *terms, compare_terms);
-    compress(&k, terms, count, arena);
+    compress(&b, terms, count, arena);
     free(terms);
     if (rest_curvature && (rest_curvature[0] != 0.0 || rest_curvature[1] != 0.0)) {
-        create_rest(&k, samples, rest_curvature, arena);
+        create_rest(&b, samples, rest_curvature, arena);
     }
-    return k;
+    return b;
 }
 
 /* normal and bent direction of one sample with rest curvature */
@@ -99,9 +99,9 @@ typedef struct RestState {
     double area_scale;      /* |F1 x F2| */
 } RestState;
 
-static RestState rest_state(const Bending *k, int sample, const double *x) {
-    const BendingSamples *s = k->rest_samples;
-    const double *m = k->rest_moment[sample];
+static RestState rest_state(const Bending *b, int sample, const double *x) {
+    const BendingSamples *s = b->rest_samples;
+    const double *m = b->rest_moment[sample];
     RestState r = {0};
     for (int e = s->start[sample]; e < s->start[sample + 1]; e++) {
         const BendingEntry *entry = &s->entries[e];
@@ -116,47 +116,47 @@ static RestState rest_state(const Bending *k, int sample, const double *x) {
     return r;
 }
 
-double bending_energy(const Bending *k, const double *x) {
-    double energy = k->rest_energy;
-    for (int i = 0; i < k->node_count; i++) {
+double bending_energy(const Bending *b, const double *x) {
+    double energy = b->rest_energy;
+    for (int i = 0; i < b->node_count; i++) {
         double sum[3] = {0};
-        for (int e = k->start[i]; e < k->start[i + 1]; e++) {
-            const double *xj = x + 3 * (size_t)k->column[e];
+        for (int e = b->start[i]; e < b->start[i + 1]; e++) {
+            const double *xj = x + 3 * (size_t)b->column[e];
             for (int c = 0; c < 3; c++) {
-                sum[c] += k->value[e] * xj[c];
+                sum[c] += b->value[e] * xj[c];
             }
         }
         const double *xi = x + 3 * (size_t)i;
         energy += 0.5 * (xi[0] * sum[0] + xi[1] * sum[1] + xi[2] * sum[2]);
     }
-    for (int i = 0; k->rest_samples && i < k->rest_samples->sample_count; i++) {
-        RestState r = rest_state(k, i, x);
+    for (int i = 0; b->rest_samples && i < b->rest_samples->sample_count; i++) {
+        RestState r = rest_state(b, i, x);
         energy -= vec3_dot(r.normal, r.q);
     }
     return energy;
 }
 
-void bending_add_gradient(const Bending *k, const double *x, double *gradient) {
-    for (int i = 0; i < k->node_count; i++) {
+void bending_add_gradient(const Bending *b, const double *x, double *gradient) {
+    for (int i = 0; i < b->node_count; i++) {
         double sum[3] = {0};
-        for (int e = k->start[i]; e < k->start[i + 1]; e++) {
-            const double *xj = x + 3 * (size_t)k->column[e];
+        for (int e = b->start[i]; e < b->start[i + 1]; e++) {
+            const double *xj = x + 3 * (size_t)b->column[e];
             for (int c = 0; c < 3; c++) {
-                sum[c] += k->value[e] * xj[c];
+                sum[c] += b->value[e] * xj[c];
             }
         }
         for (int c = 0; c < 3; c++) {
             gradient[3 * (size_t)i + (size_t)c] += sum[c];
         }
     }
-    bending_add_rest_gradient(k, x, gradient);
+    bending_add_rest_gradient(b, x, gradient);
 }
 
-void bending_add_rest_gradient(const Bending *k, const double *x, double *gradient) {
-    const BendingSamples *s = k->rest_samples;
+void bending_add_rest_gradient(const Bending *b, const double *x, double *gradient) {
+    const BendingSamples *s = b->rest_samples;
     for (int i = 0; s && i < s->sample_count; i++) {
-        const double *m = k->rest_moment[i];
-        RestState r = rest_state(k, i, x);
+        const double *m = b->rest_moment[i];
+        RestState r = rest_state(b, i, x);
         if (r.area_scale == 0.0) {
             continue;
         }
@@ -173,20 +173,20 @@ void bending_add_rest_gradient(const Bending *k, const double *x, double *gradie
     }
 }
 
-static bool solved_lower(const Bending *k, int i, int e) {
-    return k->column[e] <= i && i < k->solved_count;
+static bool solved_lower(const Bending *b, int i, int e) {
+    return b->column[e] <= i && i < b->solved_count;
 }
 
-int bending_couple(const Bending *k, int *pairs) {
+int bending_couple(const Bending *b, int *pairs) {
     int count = 0;
-    for (int i = 0; i < k->solved_count; i++) {
-        for (int e = k->start[i]; e < k->start[i + 1]; e++) {
-            if (!solved_lower(k, i, e) || k->column[e] == i) {
+    for (int i = 0; i < b->solved_count; i++) {
+        for (int e = b->start[i]; e < b->start[i + 1]; e++) {
+            if (!solved_lower(b, i, e) || b->column[e] == i) {
                 continue;
             }
             if (pairs) {
                 pairs[2 * count] = i;
-                pairs[2 * count + 1] = k->column[e];
+                pairs[2 * count + 1] = b->column[e];
             }
             count++;
         }
@@ -194,22 +194,22 @@ int bending_couple(const Bending *k, int *pairs) {
     return count;
 }
 
-void bending_bind(Bending *k, const BlockMatrix *matrix, int first, Arena *arena) {
-    k->places = arena_push(arena, BlockPlace, k->start[k->node_count]);
-    for (int i = 0; i < k->solved_count; i++) {
-        for (int e = k->start[i]; e < k->start[i + 1]; e++) {
-            if (solved_lower(k, i, e)) {
-                k->places[e] = block_matrix_place(matrix, first + i, first + k->column[e]);
+void bending_bind(Bending *b, const BlockMatrix *matrix, int first, Arena *arena) {
+    b->places = arena_push(arena, BlockPlace, b->start[b->node_count]);
+    for (int i = 0; i < b->solved_count; i++) {
+        for (int e = b->start[i]; e < b->start[i + 1]; e++) {
+            if (solved_lower(b, i, e)) {
+                b->places[e] = block_matrix_place(matrix, first + i, first + b->column[e]);
             }
         }
     }
 }
 
-void bending_add_hessian(const Bending *k, double *values) {
-    for (int i = 0; i < k->solved_count; i++) {
-        for (int e = k->start[i]; e < k->start[i + 1]; e++) {
-            if (solved_lower(k, i, e)) {
-                block_add_diagonal(values, k->places[e], k->value[e]);
+void bending_add_hessian(const Bending *b, double *values) {
+    for (int i = 0; i < b->solved_count; i++) {
+        for (int e = b->start[i]; e < b->start[i + 1]; e++) {
+            if (solved_lower(b, i, e)) {
+                block_add_diagonal(values, b->places[e], b->value[e]);
             }
         }
     }

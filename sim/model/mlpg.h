@@ -32,8 +32,8 @@ typedef struct Mlpg {
 
 extern const ClothModel cloth_model_mlpg;
 
-/* [N/m] k_h for spacings h1, h2 [m] and factor m. */
-double mlpg_hourglass(const Material *material, double h1, double h2, double m);
+/* [N/m] k_h of a material for spacings h1, h2 [m]; factor: the m above. */
+double mlpg_hourglass(const Material *m, double h1, double h2, double factor);
 
 /* Sample builders (mlpg_lattice.c, mlpg_scattered.c). */
 void mlpg_lattice_membrane(const Cloth *cloth, StrainSamples *samples, Arena *arena);

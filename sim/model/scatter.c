@@ -11,7 +11,6 @@
 #define BORDER_CLEARANCE 0.6 /* of the spacing: inner nodes stay that far from the border */
 #define RELAXATIONS 25       /* Lloyd steps: more hardly moves the nodes */
 #define ROUGHNESS 0.3        /* of the spacing: random shift before relaxing */
-#define MOST_NODES 4000000
 
 typedef struct Seeds {
     double *points; /* (count x 2): border nodes loop after loop, then inner nodes */
@@ -30,8 +29,9 @@ static void push(Seeds *s, double u, double v) {
 }
 
 static double wished_spacing(const ClothDef *def) {
-    if (def->spacing > 0.0) {
-        return def->spacing;
+    double accurate = panel_accurate_spacing(def);
+    if (accurate > 0.0 || def->spacing > 0.0) {
+        return accurate > 0.0 ? accurate : def->spacing;
     }
     double extents[2];
     shape_extents(&def->shape, extents);
@@ -83,6 +83,7 @@ static void make_border(const ClothDef *def, double h, Seeds *s, Panel *p, Arena
         p->outline_begin[l + 1] = s->count;
     }
     p->outline = arena_push(arena, double, 2 * s->count);
+    ASSERT(s->points);
     memcpy(p->outline, s->points, 2 * (size_t)s->count * sizeof(double));
 }
 
@@ -199,9 +200,9 @@ bool scatter_create(const ClothDef *def, uint64_t seed, Arena *arena, Panel *p, 
     Seeds s = {0};
     double h = wished_spacing(def);
     p->h1 = p->h2 = h;
-    if (scatter_node_estimate(def) > MOST_NODES) {
+    if (scatter_node_estimate(def) > PANEL_MOST_NODES) {
         return error_set(error, EXIT_BAD_INPUT, "cloth '%s': more than %d nodes", def->name,
-                         MOST_NODES);
+                         PANEL_MOST_NODES);
     }
     make_border(def, h, &s, p, arena);
     int border = s.count;

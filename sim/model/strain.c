@@ -115,7 +115,7 @@ double strain_energy(const StrainSamples *s, const double *x) {
     double energy = 0.0;
     for (int i = 0; i < s->sample_count; i++) {
         Slopes v;
-        double strain[STRAIN_MAX_STRAINS], stress[STRAIN_MAX_STRAINS], density = 0.0;
+        double strain[STRAIN_MAX_STRAINS] = {0}, stress[STRAIN_MAX_STRAINS] = {0}, density = 0.0;
         slopes_of(s, i, x, v);
         sample_state(s, i, v, strain, stress);
         for (int k = 0; k < s->kind->strain_count; k++) {
@@ -128,7 +128,7 @@ double strain_energy(const StrainSamples *s, const double *x) {
 
 /* the stress that multiplies d(Green strain) */
 static void green_stress(const StrainSamples *s, int sample, Slopes v, double *stress) {
-    double strain[STRAIN_MAX_STRAINS], u[3];
+    double strain[STRAIN_MAX_STRAINS] = {0}, u[3];
     quadratic_strains(s->kind, v, strain);
     for (int k = 0; k < s->kind->strain_count; k++) {
         strain[k] -= s->kind->rest[k];
@@ -184,7 +184,7 @@ void strain_predict_stress(const StrainSamples *s, const double *x_new, const do
     int strains = s->kind->strain_count;
     for (int i = 0; i < s->sample_count; i++) {
         Slopes v, dv;
-        double strain[STRAIN_MAX_STRAINS], quadratic[STRAIN_MAX_STRAINS];
+        double strain[STRAIN_MAX_STRAINS] = {0}, quadratic[STRAIN_MAX_STRAINS] = {0};
         slopes_of(s, i, x_new, v);
         slopes_of(s, i, dx, dv);
         quadratic_strains(s->kind, v, strain);
@@ -277,7 +277,7 @@ static void slope_hessian(const StrainSamples *s, int sample, Slopes v, const do
         }
     }
     for (int j = 0; j < size; j++) {
-        double column[STRAIN_MAX_STRAINS];
+        double column[STRAIN_MAX_STRAINS] = {0};
         for (int k = 0; k < kind->strain_count; k++) {
             column[k] = b[k][j];
         }
@@ -311,6 +311,8 @@ void strain_add_hessian(const StrainSamples *s, const double *x, const double *s
                 for (int d = 0; d < 3; d++) {
                     const double *from = h + (size_t)(3 * p + d) * (size_t)size;
                     for (int j = 0; j < size; j++) {
+                        /* slope_hessian filled all size x size of h; the analyser loses count */
+                        /* NOLINTNEXTLINE(clang-analyzer-core.UndefinedBinaryOperatorResult) */
                         half[d][j] += row_a[p] * from[j];
                     }
                 }
