@@ -88,6 +88,10 @@ void plan_print(const Sim *sim, FILE *out, bool json) {
                 cloth->def->name, cloth->model->name, cloth->node_count,
                 cloth->panel.nu > 0 ? " on a lattice" : " scattered", 1e3 * cloth->panel.h1,
                 1e3 * cloth->panel.h2);
+        if (cloth->def->accuracy > 0.0) {
+            fprintf(out, "    accuracy %g %%: spacing chosen as %.3g mm\n",
+                    100.0 * cloth->def->accuracy, 1e3 * panel_accurate_spacing(cloth->def));
+        }
         fprintf(out,
                 "    fabric %s: %.4g g/m2, bending length %.3g mm, spacing / bending length "
                 "%.2g\n",

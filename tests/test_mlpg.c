@@ -185,6 +185,25 @@ static void test_cantilever_order(void **unused) {
     }
 }
 
+/* `accuracy`: the true error stays below the promised one */
+static void test_accuracy(void **unused) {
+    (void)unused;
+    const double promises[2] = {0.01, 0.003};
+    for (int k = 0; k < 2; k++) {
+        for (double gamma = 1; gamma <= 1000; gamma *= 10) {
+            ClothDef def = cloths_rectangle(1.0, 0.1, 3, 3,
+                                            cloths_fabric(1.0 / 9.80665, 1e6, 0, 1.0 / gamma, 0));
+            def.accuracy = promises[k];
+            int nodes = 1 + (int)ceil(1.0 / panel_accurate_spacing(&def));
+            StripCase c = {.gamma = gamma, .stiffness = 1e8, .nodes = nodes < 4 ? 4 : nodes};
+            StripResult r = strip_solve(&c);
+            print_message("  promised %g %%, gamma %g: %d nodes, true error %.3f %%\n",
+                          100 * promises[k], gamma, c.nodes, 100 * r.error);
+            CHECK_AT_MOST(r.error, promises[k]);
+        }
+    }
+}
+
 /* row 8: cantilever on scattered nodes */
 static void test_cantilever_scattered(void **unused) {
     (void)unused;
@@ -234,6 +253,7 @@ int main(void) {
         cmocka_unit_test(test_cantilever_order),
         cmocka_unit_test(test_cantilever_scattered),
         cmocka_unit_test(test_plate),
+        cmocka_unit_test(test_accuracy),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -6,6 +6,18 @@
 #include "sim/base/hash.h"
 #include "sim/model/scatter.h"
 
+#define ERROR_AT_BENDING_LENGTH 0.2 /* relative error when the spacing is the bending length */
+#define STANDARD_GRAVITY 9.80665    /* [m/s2] */
+
+double panel_accurate_spacing(const ClothDef *def) {
+    if (def->accuracy <= 0.0) {
+        return 0.0;
+    }
+    Material m = fabric_material(&def->fabric);
+    double length = cbrt(fmin(m.d11, m.d22) / (m.density * STANDARD_GRAVITY));
+    return length * sqrt(def->accuracy / ERROR_AT_BENDING_LENGTH);
+}
+
 static void lattice_size(const ClothDef *def, int *nu, int *nv) {
     const ShapeDef *shape = &def->shape;
     bool sleeve = shape->kind == SHAPE_SLEEVE;
@@ -13,9 +25,11 @@ static void lattice_size(const ClothDef *def, int *nu, int *nv) {
     double height = sleeve ? shape->length : shape->height;
     *nu = def->nodes[0];
     *nv = def->nodes[1];
-    if (def->spacing > 0.0) {
-        *nu = (int)fmax(3.0, round(width / def->spacing) + (sleeve ? 0.0 : 1.0));
-        *nv = (int)fmax(3.0, round(height / def->spacing) + 1.0);
+    double accurate = panel_accurate_spacing(def);
+    double spacing = accurate > 0.0 ? accurate : def->spacing;
+    if (spacing > 0.0) { /* rounded up, so that the spacing is at most the wished one */
+        *nu = (int)fmin(1e6, fmax(3.0, ceil(width / spacing - 1e-6) + (sleeve ? 0.0 : 1.0)));
+        *nv = (int)fmin(1e6, fmax(3.0, ceil(height / spacing - 1e-6) + 1.0));
     }
 }
 
@@ -75,6 +89,11 @@ static bool lattice_create(const ClothDef *def, Arena *arena, Panel *p, Error *e
     const ShapeDef *shape = &def->shape;
     lattice_size(def, &p->nu, &p->nv);
     p->wrap = shape->kind == SHAPE_SLEEVE;
+    if ((double)p->nu * p->nv > PANEL_MOST_NODES) {
+        return error_set(error, EXIT_BAD_INPUT,
+                         "cloth '%s': %d x %d nodes; at most %d are possible", def->name, p->nu,
+                         p->nv, PANEL_MOST_NODES);
+    }
     if (p->nu < (p->wrap ? 5 : 3) || p->nv < 3) {
         return error_set(error, EXIT_BAD_INPUT,
                          "cloth '%s': %d x %d nodes; at least 3 x 3 are needed, 5 x 3 for a sleeve",

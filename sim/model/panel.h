@@ -8,6 +8,8 @@
 #include "sim/base/error.h"
 #include "sim/scene/scene.h"
 
+#define PANEL_MOST_NODES 4000000 /* of one cloth */
+
 typedef struct Panel {
     int nu, nv;    /* lattice; 0, 0 for scattered nodes */
     bool wrap;     /* u runs around: node (nu, j) is node (0, j) */
@@ -29,6 +31,11 @@ bool panel_create(const ClothDef *def, uint64_t seed, Arena *arena, Panel *panel
 
 /* Marks the nodes of a handle's region with 1; returns how many. */
 int panel_select(const Panel *panel, const HandleDef *handle, unsigned char *marks);
+
+/* [m] the spacing that a cloth asks for by `accuracy`: the tip error of heavy cantilevers with
+ * rho g L^3 / D = 1 .. 1000 stays below 20 % (h / c)^2, c the bending length of the softer
+ * direction (test_mlpg.c compares promise and truth). 0 when the cloth does not ask. */
+double panel_accurate_spacing(const ClothDef *def);
 
 /* Number of nodes that panel_create would make, for estimates. */
 int panel_node_estimate(const ClothDef *def);
