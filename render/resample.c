@@ -73,6 +73,9 @@ Resampler *resample_create(const StateLayout *layout, const ResampleDef *def) {
     surface->fine = arena_push(arena, uint32_t, 3 * surface->fine_count);
     surface->coarse = arena_push(arena, uint32_t, 3 * surface->coarse_count);
     for (int i = 0; i < surface->part_count; i++) {
+        if (resampler->kinds[i]->prepare) {
+            resampler->kinds[i]->prepare(resampler->plans[i], arena);
+        }
         resampler->kinds[i]->connect(resampler->plans[i], surface, &surface->parts[i]);
     }
     return resampler;

@@ -6,8 +6,8 @@
  *
  *   lattice    cubic B-spline through the nodes, with analytic derivatives; closed along u when
  *              the lattice wraps around; quadratic at free borders
- *   scattered  local quadratics through each surface vertex, fitted to its neighbours in
- *              material space, blended over the triangles of the layout
+ *   scattered  radial basis functions through the neighbours of each surface vertex in material
+ *              space, blended over the triangles of the layout
  */
 #ifndef TOILE_RENDER_RESAMPLE_H
 #define TOILE_RENDER_RESAMPLE_H
@@ -58,6 +58,8 @@ typedef struct ResampleKind {
      * begins, and remembers what it needs in arena. */
     void *(*plan)(const StateLayout *layout, int cloth, double cell, Arena *arena,
                   SurfacePart *part);
+    /* Makes what stays the same for all frames, once the width of a cell is settled; may be NULL. */
+    void (*prepare)(void *plan, Arena *arena);
     /* Fills uv and triangles of the part. */
     void (*connect)(const void *plan, Surface *surface, const SurfacePart *part);
     /* Fills the vertices of the part from x (nodes) and s (surface vertices), both [m]. */

@@ -270,4 +270,5 @@ static void lattice_evaluate(void *plan_data, const double *x, const double *s,
     evaluate_columns(plan, vertices);
 }
 
-const ResampleKind resample_lattice = {"lattice", lattice_plan, lattice_connect, lattice_evaluate};
+const ResampleKind resample_lattice = {"lattice", lattice_plan, NULL, lattice_connect,
+                                       lattice_evaluate};

@@ -1,45 +1,47 @@
-/* Scattered cloths: around each surface vertex i the surface is the quadratic
- *   T_i(a) = s_i + g_i . d + d' H_i d / 2,  d = a - a_i  in material coordinates a = (u, v),
- * fitted by weighted least squares to the two rings of neighbours. Inside a triangle the three
- * are blended with weights b_i^2 / sum b^2 (b: barycentric), whose derivatives vanish across
- * the opposite edge; the normal blends the gradients, so it is continuous everywhere. */
+/* Scattered cloths: around each surface vertex i the surface is an RBF interpolant I_i of the
+ * vertices near it on the panel (sim/geom/rbf.h, rbf_resample). Inside a triangle the three are
+ * blended with weights b_i^2 / sum b^2 (b: barycentric), a partition of unity: a point on an edge
+ * knows only the two ends of the edge, so the surface is continuous, and it passes through every
+ * vertex. Derivatives are blended in the same way, so normals are continuous too.
+ * Everything but the positions is fixed by the layout: a sample is a row of numbers times the
+ * vertices that its triangle sees. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "render/resample.h"
 #include "sim/base/error.h"
+#include "sim/geom/rbf.h"
 
-#define TERMS 5            /* u, v, u^2 / 2, u v, v^2 / 2 */
-#define RIDGE 1e-7         /* of the largest pivot: keeps degenerate neighbourhoods solvable */
-#define MOST_NEIGHBOURS 48 /* of one vertex */
-#define MOST_LEVELS 64     /* pieces along the edge of a triangle */
+#define MOST_LEVELS 64                      /* pieces along the edge of a triangle */
+#define PATCH_NODES 40                      /* rings are added around a vertex up to this many */
+#define COLUMNS_MOST (3 * STENCIL_CAPACITY) /* vertices that a triangle sees */
+#define PARTS 3                             /* of a row: position, slope along u, along v */
 
 typedef struct ScatteredPlan {
     int vertex_count, triangle_count;
     int level;                /* pieces along an edge: 1 or even */
     const int32_t *triangles; /* (triangle_count x 3), numbers from 0 */
     const double *material;   /* [m] (vertex_count x 2) */
-    int *row_begin;           /* (vertex_count + 1) neighbours of each vertex */
-    int *neighbour;           /* (row_begin[vertex_count]) */
-    double *row;    /* (row_begin[vertex_count] x TERMS): coefficient = sum row (s_j - s_i) */
-    double *taylor; /* (vertex_count x TERMS x 3) of this frame */
+    double area;              /* [m2] */
+    int *column_begin;        /* (triangle_count + 1) */
+    int *column;              /* vertices that a triangle sees, ascending */
+    double *row; /* (samples of a triangle x its columns x PARTS), one triangle after the other */
 } ScatteredPlan;
 
-static int add_neighbour(int *list, int count, int vertex, int centre) {
-    if (vertex == centre || count == MOST_NEIGHBOURS) {
-        return count;
-    }
-    for (int i = 0; i < count; i++) {
-        if (list[i] == vertex) {
-            return count;
-        }
-    }
-    list[count] = vertex;
-    return count + 1;
+/* What is needed while rows are made. */
+typedef struct Builder {
+    ScatteredPlan *plan;
+    double spacing;             /* [m] mean distance of vertices */
+    int *fan_begin, *fan;       /* triangles around each vertex */
+    int *stencil_begin, *nodes; /* vertices in the stencil of each vertex */
+    Arena scratch;
+} Builder;
+
+static int samples_of(const ScatteredPlan *plan) {
+    return (plan->level + 1) * (plan->level + 2) / 2;
 }
 
-/* Triangles around each vertex: begin (vertex_count + 1), member. */
 static void find_fans(const ScatteredPlan *plan, int *begin, int *member) {
     for (int i = 0; i < 3 * plan->triangle_count; i++) {
         begin[plan->triangles[i] + 1]++;
@@ -56,102 +58,194 @@ static void find_fans(const ScatteredPlan *plan, int *begin, int *member) {
     begin[plan->vertex_count] = 3 * plan->triangle_count;
 }
 
-static int find_rings(const ScatteredPlan *plan, const int *begin, const int *member, int centre,
-                      int *list) {
-    int count = 0;
-    for (int i = begin[centre]; i < begin[centre + 1]; i++) {
-        for (int k = 0; k < 3; k++) {
-            count = add_neighbour(list, count, plan->triangles[3 * member[i] + k], centre);
+static int add_once(int *list, int count, int vertex) {
+    for (int i = 0; i < count; i++) {
+        if (list[i] == vertex) {
+            return count;
         }
     }
-    int first_ring = count;
-    for (int n = 0; n < first_ring; n++) {
-        for (int i = begin[list[n]]; i < begin[list[n] + 1]; i++) {
-            for (int k = 0; k < 3; k++) {
-                count = add_neighbour(list, count, plan->triangles[3 * member[i] + k], centre);
+    if (count < STENCIL_CAPACITY) {
+        list[count++] = vertex;
+    }
+    return count;
+}
+
+/* Rings of neighbours around a vertex. They follow the triangles, so a stencil never reaches
+ * across a slit or a hole to cloth that is near on the panel only. */
+static int find_patch(const Builder *builder, int centre, int list[STENCIL_CAPACITY]) {
+    int count = 1, ring = 0;
+    list[0] = centre;
+    while (count < PATCH_NODES && ring < count) {
+        int end = count;
+        for (; ring < end; ring++) {
+            for (int i = builder->fan_begin[list[ring]]; i < builder->fan_begin[list[ring] + 1];
+                 i++) {
+                for (int k = 0; k < 3; k++) {
+                    int vertex = builder->plan->triangles[3 * builder->fan[i] + k];
+                    count = add_once(list, count, vertex);
+                }
             }
         }
     }
     return count;
 }
 
-static void terms_at(double u, double v, double out[TERMS]) {
-    out[0] = u, out[1] = v, out[2] = 0.5 * u * u, out[3] = u * v, out[4] = 0.5 * v * v;
+/* The stencil of a vertex, with the numbers of the cloth's vertices; lives in scratch. */
+static RbfStencil find_stencil(Builder *builder, int centre) {
+    int list[STENCIL_CAPACITY];
+    int count = find_patch(builder, centre, list);
+    double *points = arena_push(&builder->scratch, double, 2 * count);
+    const double *material = builder->plan->material;
+    for (int i = 0; i < count; i++) {
+        memcpy(points + 2 * i, material + 2 * list[i], 2 * sizeof *points);
+    }
+    PointGrid grid = points_grid(points, count, builder->spacing, &builder->scratch);
+    RbfStencil stencil = rbf_stencil(&grid, rbf_resample, material + 2 * centre, &builder->scratch);
+    for (int i = 0; i < stencil.count; i++) {
+        stencil.nodes[i] = list[stencil.nodes[i]];
+    }
+    return stencil;
 }
 
-/* Inverse of a symmetric positive matrix with a small ridge, by Gauss-Jordan. */
-static void invert(double a[TERMS][TERMS], double inverse[TERMS][TERMS]) {
-    double largest = 0.0;
-    for (int i = 0; i < TERMS; i++) {
-        largest = fmax(largest, a[i][i]);
-    }
-    for (int i = 0; i < TERMS; i++) {
-        a[i][i] += RIDGE * largest + 1e-300;
-        for (int j = 0; j < TERMS; j++) {
-            inverse[i][j] = i == j;
+static bool is_used(const Builder *builder, int vertex) {
+    return builder->fan_begin[vertex + 1] > builder->fan_begin[vertex];
+}
+
+static void list_stencils(Builder *builder) {
+    int count = builder->plan->vertex_count;
+    builder->stencil_begin = arena_push(&builder->scratch, int, count + 1);
+    builder->nodes = arena_push(&builder->scratch, int, STENCIL_CAPACITY *count);
+    for (int i = 0; i < count; i++) {
+        int begin = builder->stencil_begin[i];
+        builder->stencil_begin[i + 1] = begin;
+        if (is_used(builder, i)) {
+            ArenaMark mark = arena_mark(&builder->scratch);
+            RbfStencil stencil = find_stencil(builder, i);
+            memcpy(builder->nodes + begin, stencil.nodes,
+                   (size_t)stencil.count * sizeof *stencil.nodes);
+            builder->stencil_begin[i + 1] += stencil.count;
+            arena_rewind(&builder->scratch, mark);
         }
     }
-    for (int p = 0; p < TERMS; p++) {
-        double scale = 1.0 / a[p][p];
-        for (int j = 0; j < TERMS; j++) {
-            a[p][j] *= scale, inverse[p][j] *= scale;
+}
+
+static int compare_numbers(const void *a, const void *b) {
+    return *(const int *)a - *(const int *)b;
+}
+
+/* Ascending vertices of the three stencils of a triangle. */
+static int merge_columns(const Builder *builder, int triangle, int columns[COLUMNS_MOST]) {
+    int count = 0, kept = 0;
+    for (int k = 0; k < 3; k++) {
+        int vertex = builder->plan->triangles[3 * triangle + k];
+        int begin = builder->stencil_begin[vertex], end = builder->stencil_begin[vertex + 1];
+        memcpy(columns + count, builder->nodes + begin, (size_t)(end - begin) * sizeof *columns);
+        count += end - begin;
+    }
+    qsort(columns, (size_t)count, sizeof *columns, compare_numbers);
+    for (int i = 0; i < count; i++) {
+        if (kept == 0 || columns[i] != columns[kept - 1]) {
+            columns[kept++] = columns[i];
         }
-        for (int i = 0; i < TERMS; i++) {
-            double factor = a[i][p];
-            for (int j = 0; i != p && j < TERMS; j++) {
-                a[i][j] -= factor * a[p][j], inverse[i][j] -= factor * inverse[p][j];
+    }
+    return kept;
+}
+
+static void list_columns(Builder *builder, Arena *arena) {
+    ScatteredPlan *plan = builder->plan;
+    int columns[COLUMNS_MOST];
+    plan->column_begin = arena_push(arena, int, plan->triangle_count + 1);
+    for (int t = 0; t < plan->triangle_count; t++) {
+        plan->column_begin[t + 1] = plan->column_begin[t] + merge_columns(builder, t, columns);
+    }
+    int total = plan->column_begin[plan->triangle_count];
+    plan->column = arena_push(arena, int, total);
+    for (int t = 0; t < plan->triangle_count; t++) {
+        int count = merge_columns(builder, t, columns);
+        memcpy(plan->column + plan->column_begin[t], columns, (size_t)count * sizeof *columns);
+    }
+    plan->row = arena_push(arena, double, (size_t)total *(size_t)samples_of(plan) * PARTS);
+}
+
+/* Barycentric coordinates and material place of sample (i, j) of a triangle. Sums run over the
+ * corners in ascending order: a sample on an edge has the same bits in both triangles. */
+static void find_place(const ScatteredPlan *plan, int triangle, int i, int j, double b[3],
+                       double at[2]) {
+    const int32_t *corner = plan->triangles + 3 * triangle;
+    int n = plan->level, order[3] = {0, 1, 2};
+    b[0] = (double)(n - i - j) / n, b[1] = (double)i / n, b[2] = (double)j / n;
+    for (int pass = 0; pass < 3; pass++) {
+        int p = pass == 1 ? 1 : 0;
+        if (corner[order[p]] > corner[order[p + 1]]) {
+            int swapped = order[p];
+            order[p] = order[p + 1], order[p + 1] = swapped;
+        }
+    }
+    at[0] = at[1] = 0.0;
+    double total = 0.0;
+    for (int c = 0; c < 3; c++) {
+        at[0] += b[order[c]] * plan->material[2 * corner[order[c]]];
+        at[1] += b[order[c]] * plan->material[2 * corner[order[c]] + 1];
+        total += b[order[c]] * b[order[c]];
+    }
+    for (int c = 0; c < 3; c++) {
+        b[c] = b[c] * b[c] / total;
+    }
+}
+
+/* Adds what the stencil of a corner says about every sample of a triangle. */
+static void add_corner(Builder *builder, const RbfStencil *stencil, int triangle, int corner) {
+    static const RbfFunctional parts[PARTS] = {RBF_VALUE, RBF_D1, RBF_D2};
+    ScatteredPlan *plan = builder->plan;
+    int begin = plan->column_begin[triangle], count = plan->column_begin[triangle + 1] - begin;
+    int place[STENCIL_CAPACITY]; /* of the stencil's vertices among the columns */
+    for (int k = 0; k < stencil->count; k++) {
+        const int *found = bsearch(&stencil->nodes[k], plan->column + begin, (size_t)count,
+                                   sizeof *plan->column, compare_numbers);
+        place[k] = (int)(found - (plan->column + begin));
+    }
+    double *row = plan->row + (size_t)begin * (size_t)samples_of(plan) * PARTS;
+    for (int j = 0; j <= plan->level; j++) {
+        for (int i = 0; i + j <= plan->level; i++, row += PARTS * count) {
+            double weight[3], at[2], part[PARTS][STENCIL_CAPACITY];
+            find_place(plan, triangle, i, j, weight, at);
+            if (weight[corner] == 0.0) {
+                continue;
             }
-        }
-    }
-}
-
-/* Rows of the least-squares fit around one vertex. */
-static void fit_rows(const ScatteredPlan *plan, int centre, const int *list, int count,
-                     double *rows) {
-    const double *middle = plan->material + 2 * centre;
-    double size = 0.0, normal[TERMS][TERMS] = {{0}}, inverse[TERMS][TERMS], term[TERMS];
-    for (int n = 0; n < count; n++) {
-        const double *a = plan->material + 2 * list[n];
-        size = fmax(size, hypot(a[0] - middle[0], a[1] - middle[1]));
-    }
-    for (int pass = 0; pass < 2; pass++) {
-        for (int n = 0; n < count; n++) {
-            const double *a = plan->material + 2 * list[n];
-            double u = (a[0] - middle[0]) / size, v = (a[1] - middle[1]) / size;
-            double weight = 1.0 / ((u * u + v * v) * (u * u + v * v) + 1e-12);
-            terms_at(u, v, term);
-            for (int i = 0; i < TERMS; i++) {
-                double sum = 0.0;
-                for (int j = 0; j < TERMS; j++) {
-                    normal[i][j] += pass == 0 ? weight * term[i] * term[j] : 0.0;
-                    sum += pass == 1 ? inverse[i][j] * term[j] : 0.0;
+            rbf_rows(stencil, at, PARTS, parts, part);
+            for (int k = 0; k < stencil->count; k++) {
+                for (int p = 0; p < PARTS; p++) {
+                    row[PARTS * place[k] + p] += weight[corner] * part[p][k];
                 }
-                rows[TERMS * n + i] = weight * sum / (i < 2 ? size : size * size);
             }
-        }
-        if (pass == 0) {
-            invert(normal, inverse);
         }
     }
 }
 
-static void plan_rows(ScatteredPlan *plan, Arena *arena) {
-    int *begin = arena_push(arena, int, plan->vertex_count + 1);
-    int *member = arena_push(arena, int, 3 * plan->triangle_count);
-    find_fans(plan, begin, member);
-    int list[MOST_NEIGHBOURS];
-    plan->row_begin = arena_push(arena, int, plan->vertex_count + 1);
+/* Vertices come in ascending order, so the corners of a triangle do, too. */
+static void scattered_prepare(void *plan_data, Arena *arena) {
+    ScatteredPlan *plan = plan_data;
+    Builder builder = {
+        .plan = plan, .spacing = sqrt(plan->area / fmax(plan->vertex_count, 1)), .scratch = {0}};
+    builder.fan_begin = arena_push(&builder.scratch, int, plan->vertex_count + 1);
+    builder.fan = arena_push(&builder.scratch, int, 3 * plan->triangle_count);
+    find_fans(plan, builder.fan_begin, builder.fan);
+    list_stencils(&builder);
+    list_columns(&builder, arena);
     for (int i = 0; i < plan->vertex_count; i++) {
-        plan->row_begin[i + 1] = plan->row_begin[i] + find_rings(plan, begin, member, i, list);
+        if (!is_used(&builder, i)) {
+            continue;
+        }
+        ArenaMark mark = arena_mark(&builder.scratch);
+        RbfStencil stencil = find_stencil(&builder, i);
+        for (int f = builder.fan_begin[i]; f < builder.fan_begin[i + 1]; f++) {
+            const int32_t *corner = plan->triangles + 3 * builder.fan[f];
+            int k = corner[0] == i ? 0 : corner[1] == i ? 1 : 2;
+            add_corner(&builder, &stencil, builder.fan[f], k);
+        }
+        arena_rewind(&builder.scratch, mark);
     }
-    int total = plan->row_begin[plan->vertex_count];
-    plan->neighbour = arena_push(arena, int, total);
-    plan->row = arena_push(arena, double, TERMS *total);
-    for (int i = 0; i < plan->vertex_count; i++) {
-        int *mine = plan->neighbour + plan->row_begin[i];
-        int count = find_rings(plan, begin, member, i, mine);
-        fit_rows(plan, i, mine, count, plan->row + TERMS * plan->row_begin[i]);
-    }
+    arena_free(&builder.scratch);
 }
 
 static double measure_panel(const ScatteredPlan *plan, SurfacePart *part) {
@@ -190,14 +284,12 @@ static void *scattered_plan(const StateLayout *layout, int cloth, double cell, A
     memcpy(material, layout->vertex_material + 2 * first,
            2 * (size_t)plan->vertex_count * sizeof *material);
     plan->material = material;
-    double area = measure_panel(plan, part);
-    double wanted = 2.0 * area / (cell * cell) / fmax(plan->triangle_count, 1);
+    plan->area = measure_panel(plan, part);
+    double wanted = 2.0 * plan->area / (cell * cell) / fmax(plan->triangle_count, 1);
     int level = wanted > 1.5 ? 2 * (int)ceil(0.5 * sqrt(wanted)) : 1;
     plan->level = level < MOST_LEVELS ? level : MOST_LEVELS;
-    plan_rows(plan, arena);
-    plan->taylor = arena_push(arena, double, 3 * TERMS * plan->vertex_count);
     int n = plan->level, coarse = n > 1 ? n / 2 : 1;
-    part->vertex_count = plan->triangle_count * (n + 1) * (n + 2) / 2;
+    part->vertex_count = plan->triangle_count * samples_of(plan);
     part->fine_count = plan->triangle_count * n * n;
     part->coarse_count = plan->triangle_count * coarse * coarse;
     part->around = false;
@@ -227,7 +319,7 @@ static uint32_t *connect_triangle(int n, int step, uint32_t base, uint32_t *out)
 
 static void scattered_connect(const void *plan_data, Surface *surface, const SurfacePart *part) {
     const ScatteredPlan *plan = plan_data;
-    int n = plan->level, per_triangle = (n + 1) * (n + 2) / 2;
+    int n = plan->level, per_triangle = samples_of(plan);
     float *uv = surface->uv + 2 * part->vertex_begin;
     uint32_t *fine = surface->fine + 3 * part->fine_begin;
     uint32_t *coarse = surface->coarse + 3 * part->coarse_begin;
@@ -250,77 +342,39 @@ static void scattered_connect(const void *plan_data, Surface *surface, const Sur
     }
 }
 
-static void find_taylor(ScatteredPlan *plan, const double *s) {
-    memset(plan->taylor, 0, 3 * TERMS * (size_t)plan->vertex_count * sizeof *plan->taylor);
-    for (int i = 0; i < plan->vertex_count; i++) {
-        double *taylor = plan->taylor + 3 * TERMS * i;
-        for (int n = plan->row_begin[i]; n < plan->row_begin[i + 1]; n++) {
-            const double *row = plan->row + TERMS * n, *other = s + 3 * plan->neighbour[n];
-            for (int k = 0; k < 3; k++) {
-                double d = other[k] - s[3 * i + k];
-                for (int term = 0; term < TERMS; term++) {
-                    taylor[3 * term + k] += row[term] * d;
-                }
-            }
-        }
-    }
-}
-
-/* The blended surface at barycentric coordinates b of corners in ascending order, so that a
- * vertex on an edge has the same bits in both triangles. */
-static void blend(const ScatteredPlan *plan, const double *s, const int corner[3],
-                  const double b[3], SurfaceVertex *vertex) {
-    double a[2] = {0}, total = 0.0, at[3] = {0}, du[3] = {0}, dv[3] = {0};
-    for (int c = 0; c < 3; c++) {
-        a[0] += b[c] * plan->material[2 * corner[c]];
-        a[1] += b[c] * plan->material[2 * corner[c] + 1];
-        total += b[c] * b[c];
-    }
-    for (int c = 0; c < 3; c++) {
-        const double *t = plan->taylor + 3 * TERMS * corner[c], *origin = s + 3 * corner[c];
-        double w = b[c] * b[c] / total;
-        double u = a[0] - plan->material[2 * corner[c]];
-        double v = a[1] - plan->material[2 * corner[c] + 1];
-        for (int k = 0; k < 3; k++) {
-            double uu = t[6 + k], uv = t[9 + k], vv = t[12 + k];
-            double slope_u = t[k] + uu * u + uv * v, slope_v = t[3 + k] + uv * u + vv * v;
-            at[k] += w * (origin[k] + 0.5 * ((t[k] + slope_u) * u + (t[3 + k] + slope_v) * v));
-            du[k] += w * slope_u;
-            dv[k] += w * slope_v;
+static void evaluate_sample(const double *row, double (*near)[3], int count,
+                            SurfaceVertex *vertex) {
+    double sum[PARTS][3] = {{0}};
+    for (int c = 0; c < count; c++) {
+        for (int p = 0; p < PARTS; p++) {
+            double weight = row[PARTS * c + p];
+            sum[p][0] += weight * near[c][0];
+            sum[p][1] += weight * near[c][1];
+            sum[p][2] += weight * near[c][2];
         }
     }
     for (int k = 0; k < 3; k++) {
-        vertex->position[k] = (float)at[k];
+        vertex->position[k] = (float)sum[0][k];
     }
-    resample_set_frame(vertex, du, dv);
+    resample_set_frame(vertex, sum[1], sum[2]);
 }
 
 static void scattered_evaluate(void *plan_data, const double *x, const double *s,
                                SurfaceVertex *vertices) {
     (void)x;
-    ScatteredPlan *plan = plan_data;
-    find_taylor(plan, s);
-    int n = plan->level;
+    const ScatteredPlan *plan = plan_data;
+    const double *row = plan->row;
     for (int t = 0; t < plan->triangle_count; t++) {
-        const int32_t *corner = plan->triangles + 3 * t;
-        int order[3] = {0, 1, 2}; /* corners by number */
-        for (int i = 0; i < 3; i++) {
-            int p = i == 1 ? 1 : 0;
-            if (corner[order[p]] > corner[order[p + 1]]) {
-                int swapped = order[p];
-                order[p] = order[p + 1], order[p + 1] = swapped;
-            }
+        double near[COLUMNS_MOST][3];
+        int begin = plan->column_begin[t], count = plan->column_begin[t + 1] - begin;
+        for (int c = 0; c < count; c++) {
+            memcpy(near[c], s + 3 * plan->column[begin + c], sizeof near[c]);
         }
-        int sorted[3] = {corner[order[0]], corner[order[1]], corner[order[2]]};
-        for (int j = 0; j <= n; j++) {
-            for (int i = 0; i + j <= n; i++) {
-                double b[3] = {(double)(n - i - j) / n, (double)i / n, (double)j / n};
-                blend(plan, s, sorted, (double[3]){b[order[0]], b[order[1]], b[order[2]]},
-                      vertices++);
-            }
+        for (int i = 0; i < samples_of(plan); i++, row += PARTS * count) {
+            evaluate_sample(row, near, count, vertices++);
         }
     }
 }
 
-const ResampleKind resample_scattered = {"scattered", scattered_plan, scattered_connect,
-                                         scattered_evaluate};
+const ResampleKind resample_scattered = {"scattered", scattered_plan, scattered_prepare,
+                                         scattered_connect, scattered_evaluate};

@@ -9,6 +9,7 @@
 /* smallest singular value of the scaled polynomial block; below it another distance shell is
  * added (else border stencils lose all accuracy) */
 #define UNISOLVENT 0.25
+#define DEGENERATE 1e-6 /* below it the nodes do not determine the polynomials */
 #define MOST_POLYNOMIALS 10
 
 const RbfKind rbf_lattice_edge = {3, 2, 8};
@@ -50,13 +51,18 @@ static void polynomials(int degree, const double p[2], RbfFunctional f, double *
     }
 }
 
-/* functional of r^n, n odd, at the offset (x, y) from the node */
+/* functional of r^n, n = 3, 5, 7, at the offset (x, y) from the node; pow() would be slow, and
+ * differ between processors */
 static double kernel(int n, double x, double y, RbfFunctional f) {
-    double r = sqrt(x * x + y * y), low = pow(r, n - 2); /* r^(n-2) */
-    double lowest = n > 3 || r > 0.0 ? pow(r, n - 4) : 0.0;
+    double square = x * x + y * y, r = sqrt(square);
+    double lowest = r > 0.0 ? 1.0 / r : 0.0, low = r; /* r^(n-4), r^(n-2) */
+    for (int power = 3; power < n; power += 2) {
+        lowest = low;
+        low *= square;
+    }
     switch (f) {
     case RBF_VALUE:
-        return low * r * r;
+        return low * square;
     case RBF_D1:
         return n * low * x;
     case RBF_D2:
@@ -110,7 +116,8 @@ static void factorise(RbfStencil *s, Arena *arena) {
             s->matrix[(size_t)(s->count + j) * (size_t)n + (size_t)i] = row[s->count + j];
         }
     }
-    int info = LAPACKE_dgetrf(LAPACK_ROW_MAJOR, n, n, s->matrix, n, s->pivots);
+    /* the matrix is symmetric: columns are rows, which saves LAPACKE transposing */
+    int info = LAPACKE_dgetrf(LAPACK_COL_MAJOR, n, n, s->matrix, n, s->pivots);
     ASSERT(info == 0);
 }
 
@@ -127,6 +134,11 @@ RbfStencil rbf_stencil(const PointGrid *grid, RbfKind kind, const double centre[
         }
         wanted = s.count + 1;
     }
+    while (s.inverse_size < DEGENERATE && s.kind.degree > 0) {
+        s.kind.degree--;
+        s.kind.power = s.kind.power > 3 ? s.kind.power - 2 : 3;
+        s.inverse_size = smallest_singular_value(&s);
+    }
     factorise(&s, arena);
     return s;
 }
@@ -137,24 +149,24 @@ void rbf_rows(const RbfStencil *s, const double at[2], int functional_count,
     double p[2] = {(at[0] - s->centre[0]) / s->scale, (at[1] - s->centre[1]) / s->scale};
     double right[(STENCIL_CAPACITY + MOST_POLYNOMIALS) * RBF_FUNCTIONAL_COUNT];
     for (int f = 0; f < functional_count; f++) {
-        double tail[MOST_POLYNOMIALS];
+        double tail[MOST_POLYNOMIALS] = {0};
         for (int i = 0; i < s->count; i++) {
-            right[i * functional_count + f] = kernel(s->kind.power, p[0] - s->local[2 * i],
-                                                     p[1] - s->local[2 * i + 1], functionals[f]);
+            right[f * n + i] = kernel(s->kind.power, p[0] - s->local[2 * i],
+                                      p[1] - s->local[2 * i + 1], functionals[f]);
         }
         polynomials(s->kind.degree, p, functionals[f], tail);
         for (int j = 0; j < m; j++) {
-            right[(s->count + j) * functional_count + f] = tail[j];
+            right[f * n + s->count + j] = tail[j];
         }
     }
-    int info = LAPACKE_dgetrs(LAPACK_ROW_MAJOR, 'N', n, functional_count, s->matrix, n, s->pivots,
-                              right, functional_count);
+    int info = LAPACKE_dgetrs(LAPACK_COL_MAJOR, 'N', n, functional_count, s->matrix, n, s->pivots,
+                              right, n);
     ASSERT(info == 0);
     for (int f = 0; f < functional_count; f++) {
         int order = orders[functionals[f]][0] + orders[functionals[f]][1];
         double unscale = pow(s->scale, -order);
         for (int i = 0; i < s->count; i++) {
-            weights[f][i] = unscale * right[i * functional_count + f];
+            weights[f][i] = unscale * right[f * n + i];
         }
     }
 }

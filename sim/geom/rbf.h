@@ -36,7 +36,8 @@ typedef struct RbfStencil {
 } RbfStencil;
 
 /* Chooses nodes around `centre` (adding distance shells until the polynomial block is well
- * conditioned) and factorises. Memory is the arena's. */
+ * conditioned) and factorises. When even all nodes do not determine the polynomials (few nodes,
+ * or nodes on two lines), the degree is lowered: see kind. Memory is the arena's. */
 RbfStencil rbf_stencil(const PointGrid *grid, RbfKind kind, const double centre[2], Arena *arena);
 
 /* weights[f][i]: weight of stencil node i in functional f at `at`. */
