@@ -145,11 +145,13 @@ coverage:
 	@scripts/coverage.sh build/coverage
 
 SUITE ?= all
+# Debian's own: set-up gives it numpy and matplotlib
+PYTHON ?= /usr/bin/python3
 bench: all $(call objects,$(wildcard tests/bench/*.c))
 	@$(MAKE) --no-print-directory $(BUILD)/tests/bench/bench
 	@mkdir -p build/bench
 	@$(BUILD)/tests/bench/bench $(SUITE) build/bench/results.csv
-	@python3 scripts/plot_bench.py build/bench/results.csv build/bench
+	@$(PYTHON) scripts/plot_bench.py build/bench/results.csv build/bench
 
 $(BUILD)/tests/bench/bench: $(call objects,$(wildcard tests/bench/*.c)) \
 		$(call objects,$(TEST_SUPPORT)) $(SIM_OBJECTS) $(SHARED_OBJECTS)

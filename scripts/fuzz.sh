@@ -6,7 +6,7 @@ cd "$(dirname "$0")/.."
 seconds=${1:-60}
 only=${2:-scene state}
 out=build/fuzz
-command -v clang >/dev/null || { echo "fuzz: clang is missing: run scripts/setup.sh" >&2; exit 66; }
+command -v clang >/dev/null || { echo "fuzz: clang is missing: apt-get install clang" >&2; exit 66; }
 mkdir -p "$out"
 
 build() {
