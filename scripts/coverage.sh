@@ -1,5 +1,6 @@
 #!/bin/sh
 # coverage.sh BUILD: line coverage of the tests, folder by folder, from the gcov data in BUILD.
+# What runs in children that end in _exit (much of render) or are killed is not counted.
 set -eu
 cd "$(dirname "$0")/.."
 build=${1:-build/coverage}
