@@ -226,6 +226,42 @@ static void test_cantilever_scattered(void **unused) {
     }
 }
 
+/* row 10: a clamped strip with rest curvature 2 pi / L rolls up to a closed circle */
+static void test_roll_up(void **unused) {
+    (void)unused;
+    const int nodes[2] = {21, 41};
+    const double limits[2] = {0.005, 0.0012};
+    for (int k = 0; k < 2; k++) {
+        Bench b = {0};
+        double length = 0.2, h = length / (nodes[k] - 1);
+        b.cloth =
+            cloths_rectangle(length, 4 * h, nodes[k], 5, cloths_fabric(0.15, 1e3, 0, 1e-5, 0));
+        b.cloth.shape.rest_curvature[0] = 2.0 * PI / length;
+        b.scene = cloths_scene(&b.cloth);
+        b.scene.gravity = vec3(0, 0, 0);
+        b.handles[0] = handle_default();
+        b.handles[0].kind = HANDLE_CLAMP;
+        b.handles[0].region = REGION_LEFT;
+        bench_build(&b, 1);
+        void *data;
+        Error error = {0};
+        Statistics statistics = {.smallest_gap = INFINITY};
+        assert_true(stepper_static.create(&b.system, &data, &error));
+        State s = state_allocate(&b.system, &b.arena);
+        state_start(&b.system, &s);
+        if (!stepper_static.advance(&b.system, data, &s, 1.0, &statistics, &error)) {
+            fail_msg("%s", error.text);
+        }
+        int first = 2 * nodes[k], last = first + nodes[k] - 1;
+        Vec3 gap = vec3_sub(vec3_load(s.x + 3 * first), vec3_load(s.x + 3 * last));
+        print_message("  n = %d: gap %.4f %%, %.0f factorisations\n", nodes[k],
+                      100 * vec3_length(gap) / length, statistics.factorisations);
+        CHECK_AT_MOST(vec3_length(gap) / length, limits[k]);
+        stepper_static.destroy(data);
+        arena_free(&b.arena);
+    }
+}
+
 /* row 11: free plate, nu = 0.3 */
 static void test_plate(void **unused) {
     (void)unused;
@@ -254,6 +290,7 @@ int main(void) {
         cmocka_unit_test(test_cantilever_scattered),
         cmocka_unit_test(test_plate),
         cmocka_unit_test(test_accuracy),
+        cmocka_unit_test(test_roll_up),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,12 +1,11 @@
 #include "sim/model/bending.h"
 
-#include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "sim/base/error.h"
-#include "sim/base/vec.h"
+#include "sim/model/bending_rest.h"
 
 typedef struct Term {
     uint64_t key; /* row << 32 | column */
@@ -66,17 +65,6 @@ static void compress(Bending *b, Term *terms, size_t count, Arena *arena) {
     }
 }
 
-static void create_rest(Bending *b, const BendingSamples *s, const double k0[2], Arena *arena) {
-    b->rest_samples = s;
-    b->rest_moment = (double(*)[2])arena_alloc(arena, sizeof(double[2]) * (size_t)s->sample_count);
-    for (int i = 0; i < s->sample_count; i++) {
-        const double *w = s->weight[i];
-        b->rest_moment[i][0] = w[0] * k0[0] + w[1] * k0[1];
-        b->rest_moment[i][1] = w[1] * k0[0] + w[2] * k0[1];
-        b->rest_energy += 0.5 * (b->rest_moment[i][0] * k0[0] + b->rest_moment[i][1] * k0[1]);
-    }
-}
-
 Bending bending_create(const BendingSamples *samples, int node_count, int solved_count,
                        const double rest_curvature[2], Arena *arena) {
     Bending b = {.node_count = node_count, .solved_count = solved_count};
@@ -88,36 +76,13 @@ Bending bending_create(const BendingSamples *samples, int node_count, int solved
     compress(&b, terms, count, arena);
     free(terms);
     if (rest_curvature && (rest_curvature[0] != 0.0 || rest_curvature[1] != 0.0)) {
-        create_rest(&b, samples, rest_curvature, arena);
+        b.rest = bending_rest_create(samples, solved_count, rest_curvature, arena);
     }
     return b;
 }
 
-/* normal and bent direction of one sample with rest curvature */
-typedef struct RestState {
-    Vec3 f1, f2, normal, q; /* q = m11 k11 + m22 k22 */
-    double area_scale;      /* |F1 x F2| */
-} RestState;
-
-static RestState rest_state(const Bending *b, int sample, const double *x) {
-    const BendingSamples *s = b->rest_samples;
-    const double *m = b->rest_moment[sample];
-    RestState r = {0};
-    for (int e = s->start[sample]; e < s->start[sample + 1]; e++) {
-        const BendingEntry *entry = &s->entries[e];
-        Vec3 p = vec3_load(x + 3 * (size_t)entry->node);
-        r.f1 = vec3_axpy(r.f1, entry->f1, p);
-        r.f2 = vec3_axpy(r.f2, entry->f2, p);
-        r.q = vec3_axpy(r.q, m[0] * entry->g11 + m[1] * entry->g22, p);
-    }
-    Vec3 cross = vec3_cross(r.f1, r.f2);
-    r.area_scale = vec3_length(cross);
-    r.normal = vec3_unit(cross, vec3(0, 0, 0));
-    return r;
-}
-
 double bending_energy(const Bending *b, const double *x) {
-    double energy = b->rest_energy;
+    double energy = b->rest ? bending_rest_energy(b->rest, x) : 0.0;
     for (int i = 0; i < b->node_count; i++) {
         double sum[3] = {0};
         for (int e = b->start[i]; e < b->start[i + 1]; e++) {
@@ -128,10 +93,6 @@ double bending_energy(const Bending *b, const double *x) {
         }
         const double *xi = x + 3 * (size_t)i;
         energy += 0.5 * (xi[0] * sum[0] + xi[1] * sum[1] + xi[2] * sum[2]);
-    }
-    for (int i = 0; b->rest_samples && i < b->rest_samples->sample_count; i++) {
-        RestState r = rest_state(b, i, x);
-        energy -= vec3_dot(r.normal, r.q);
     }
     return energy;
 }
@@ -153,23 +114,8 @@ void bending_add_gradient(const Bending *b, const double *x, double *gradient) {
 }
 
 void bending_add_rest_gradient(const Bending *b, const double *x, double *gradient) {
-    const BendingSamples *s = b->rest_samples;
-    for (int i = 0; s && i < s->sample_count; i++) {
-        const double *m = b->rest_moment[i];
-        RestState r = rest_state(b, i, x);
-        if (r.area_scale == 0.0) {
-            continue;
-        }
-        /* d(n . q) = n . dq + y . (dF1 x F2 + F1 x dF2),  y = (I - n n') q / |F1 x F2| */
-        Vec3 y = vec3_scale(1.0 / r.area_scale, vec3_axpy(r.q, -vec3_dot(r.normal, r.q), r.normal));
-        Vec3 by_f1 = vec3_cross(r.f2, y), by_f2 = vec3_cross(y, r.f1);
-        for (int e = s->start[i]; e < s->start[i + 1]; e++) {
-            const BendingEntry *entry = &s->entries[e];
-            Vec3 d = vec3_scale(m[0] * entry->g11 + m[1] * entry->g22, r.normal);
-            d = vec3_axpy(vec3_axpy(d, entry->f1, by_f1), entry->f2, by_f2);
-            double *out = gradient + 3 * (size_t)entry->node;
-            out[0] -= d.x, out[1] -= d.y, out[2] -= d.z;
-        }
+    if (b->rest) {
+        bending_rest_add_gradient(b->rest, x, gradient);
     }
 }
 
@@ -191,6 +137,9 @@ int bending_couple(const Bending *b, int *pairs) {
             count++;
         }
     }
+    if (b->rest) {
+        count += bending_rest_couple(b->rest, pairs ? pairs + 2 * count : NULL);
+    }
     return count;
 }
 
@@ -203,14 +152,20 @@ void bending_bind(Bending *b, const BlockMatrix *matrix, int first, Arena *arena
             }
         }
     }
+    if (b->rest) {
+        bending_rest_bind(b->rest, matrix, first, arena);
+    }
 }
 
-void bending_add_hessian(const Bending *b, double *values) {
+void bending_add_hessian(const Bending *b, const double *x, double *values) {
     for (int i = 0; i < b->solved_count; i++) {
         for (int e = b->start[i]; e < b->start[i + 1]; e++) {
             if (solved_lower(b, i, e)) {
                 block_add_diagonal(values, b->places[e], b->value[e]);
             }
         }
+    }
+    if (b->rest) {
+        bending_rest_add_hessian(b->rest, x, values);
     }
 }

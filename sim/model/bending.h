@@ -3,8 +3,8 @@
  * scalar matrix K that acts on x, y and z alike: W_b = 1/2 x' K x.
  *
  * Rest curvature k0 adds  - sum A (D k0)_ab n . k_ab + const  with n the unit normal of the
- * sample; its gradient is exact (n varies), its Hessian is left out (it vanishes with the
- * deviation from the rest shape to first order).
+ * sample; its gradient is exact (n varies), its tangent is the Gauss-Newton form of
+ * 1/2 A D |k - k0 n|^2: positive semidefinite, and exact at the rest shape.
  */
 #ifndef TOILE_MODEL_BENDING_H
 #define TOILE_MODEL_BENDING_H
@@ -33,15 +33,12 @@ typedef struct Bending {
     int solved_count; /* nodes below this number are unknowns */
     int *start;       /* (node_count + 1) full rows of K */
     int *column;
-    double *value;                      /* [N/m] */
-    const BendingSamples *rest_samples; /* NULL: flat rest state */
-    double (*rest_moment)[2];           /* [N m3] A (D k0)_11, A (D k0)_22 of each sample */
-    double rest_energy;                 /* [J] the constant */
-    BlockPlace *places;                 /* of the lower entries, row after row */
+    double *value;            /* [N/m] */
+    struct BendingRest *rest; /* NULL: flat rest state; see bending_rest.h */
+    BlockPlace *places;       /* of the lower entries, row after row */
 } Bending;
 
-/* `rest_curvature`: [1/m] along u and v, or NULL. The samples must live as long as the result
- * when it is not NULL. */
+/* `rest_curvature`: [1/m] along u and v, or NULL for a flat rest state. */
 Bending bending_create(const BendingSamples *samples, int node_count, int solved_count,
                        const double rest_curvature[2], Arena *arena);
 
@@ -51,6 +48,7 @@ void bending_add_gradient(const Bending *bending, const double *x, double *gradi
 void bending_add_rest_gradient(const Bending *bending, const double *x, double *gradient);
 int bending_couple(const Bending *bending, int *pairs);
 void bending_bind(Bending *bending, const BlockMatrix *matrix, int first, Arena *arena);
-void bending_add_hessian(const Bending *bending, double *values);
+/* x is used with rest curvature only */
+void bending_add_hessian(const Bending *bending, const double *x, double *values);
 
 #endif

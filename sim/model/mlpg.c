@@ -114,7 +114,7 @@ static void add_hessian(const Cloth *cloth, const double *x, const double *sigma
                         double *values) {
     const Mlpg *mlpg = cloth->data;
     strain_add_hessian(&mlpg->membrane, x, sigma, definite, values);
-    bending_add_hessian(mlpg->tangent, values);
+    bending_add_hessian(mlpg->tangent, x, values);
 }
 
 /* scattered nodes: largest eigenvalue of M^-1 K at the start, by power iteration */
