@@ -5,8 +5,6 @@
 #include "render/draw.h"
 #include "sim/base/progress.h"
 
-#define TOILE_VERSION "0.1.0"
-
 typedef struct Options {
     RunDef run;         /* RUN, --follow, --writer PID, --patience S */
     const char *output; /* -o FILE */

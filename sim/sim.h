@@ -6,8 +6,6 @@
 #include "sim/state/state.h"
 #include "sim/step/stepper.h"
 
-#define TOILE_VERSION "0.1.0"
-
 typedef struct SimOptions {
     int threads;   /* 1 */
     uint64_t seed; /* of noise and scattered nodes; 0 */
