@@ -4,6 +4,7 @@
 
 #include "render/draw.h"
 #include "sim/base/progress.h"
+#include "sim/base/version.h"
 
 typedef struct Options {
     RunDef run;         /* RUN, --follow, --writer PID, --patience S */

@@ -3,6 +3,7 @@
 #ifndef TOILE_SIM_H
 #define TOILE_SIM_H
 
+#include "sim/base/version.h"
 #include "sim/state/state.h"
 #include "sim/step/stepper.h"
 
