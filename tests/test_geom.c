@@ -311,7 +311,9 @@ static int fill_nodes(const Outline *o, double jitter, double *nodes) {
     return count;
 }
 
-/* among places over twice the width of the square, as in mlpg.md */
+/* Among places over twice the width of the square; mlpg.md does not say over which. All mistakes
+ * lie near the border, so the share goes with 1 / area: within two cells around the square it is
+ * 2.8 times as large. */
 static double share_wrong(const Outline *o, const PointGrid *grid) {
     enum { PLACES = 20000 };
     int wrong = 0;
@@ -359,7 +361,7 @@ static void test_inside(void **unused) {
         double wrong = share_wrong(o, &grid);
         double border = border_error(o, &grid, false), corner = border_error(o, &grid, true);
         CHECK_AT_MOST(wrong, 0.005);
-        CHECK_AT_MOST(border, 0.25);
+        CHECK_AT_MOST(border, 0.25); /* away from all corners; the row excepts re-entrant ones */
         CHECK_AT_MOST(corner, 0.75); /* convex ones are cut short, re-entrant ones filled */
         arena_free(&arena);
     }
