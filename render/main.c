@@ -3,8 +3,10 @@
 
 #include "render/command.h"
 #include "render/interrupt.h"
+#include "sim/base/parallel.h"
 
 int main(int argc, char **argv) {
+    parallel_fix_environment(argv);
     Error error = {0};
     interrupt_install();
     ExitCode code = command_run(argc, argv, &error);

@@ -25,7 +25,8 @@ static void merge_sample(const BendingSamples *from, int sample, BendingSamples 
 }
 
 BendingRest *bending_rest_create(const BendingSamples *samples, int solved_count,
-                                 const double k0[2], Arena *arena) {
+                                 const double rest_curvature[2], Arena *arena) {
+    const double *k0 = rest_curvature;
     BendingRest *r = arena_push(arena, BendingRest, 1);
     int count = samples->sample_count;
     r->solved_count = solved_count;
