@@ -250,21 +250,25 @@ static void clamp_positive(double *a, double *d, double *b) {
     *a = scale * (*a - low), *d = scale * (*d - low), *b *= scale;
 }
 
+/* The two kinds of samples have constant numbers of slopes and strains: inlined with them, the
+ * loops below unroll and cost half. */
+#define FIXED_SIZES static inline __attribute__((always_inline)) void
+
 /* B'CB + geometric part in slope space: h is (3 slopes x 3 slopes), row-major */
-static void slope_hessian(const StrainSamples *s, int sample, Slopes v, const double *sigma,
-                          bool definite, double *h) {
+FIXED_SIZES slope_hessian(const StrainSamples *s, int sample, Slopes v, const double *sigma,
+                          bool definite, int slopes, int strains, double *h) {
     const StrainKind *kind = s->kind;
-    int size = 3 * kind->slope_count;
+    int size = 3 * slopes;
     double b[STRAIN_MAX_STRAINS][3 * STRAIN_MAX_SLOPES] = {{0}};
     double cb[3 * STRAIN_MAX_SLOPES][STRAIN_MAX_STRAINS];
     double g[STRAIN_MAX_SLOPES][STRAIN_MAX_SLOPES] = {{0}};
     double stress[STRAIN_MAX_STRAINS];
-    memcpy(stress, sigma, (size_t)kind->strain_count * sizeof *stress);
+    memcpy(stress, sigma, (size_t)strains * sizeof *stress);
     if (definite) {
         clamp_positive(&stress[0], &stress[1], &stress[2]);
         memset(stress + 3, 0, (STRAIN_MAX_STRAINS - 3) * sizeof *stress);
     }
-    for (int k = 0; k < kind->strain_count; k++) {
+    for (int k = 0; k < strains; k++) {
         for (int t = 0; t < 2 && kind->terms[k][t].c != 0.0; t++) {
             int p = kind->terms[k][t].p, q = kind->terms[k][t].q;
             double c = kind->terms[k][t].c;
@@ -277,8 +281,8 @@ static void slope_hessian(const StrainSamples *s, int sample, Slopes v, const do
         }
     }
     for (int j = 0; j < size; j++) {
-        double column[STRAIN_MAX_STRAINS] = {0};
-        for (int k = 0; k < kind->strain_count; k++) {
+        double column[STRAIN_MAX_STRAINS];
+        for (int k = 0; k < strains; k++) {
             column[k] = b[k][j];
         }
         stress_of(s, sample, column, cb[j]);
@@ -287,7 +291,7 @@ static void slope_hessian(const StrainSamples *s, int sample, Slopes v, const do
     for (int i = 0; i < size; i++) {
         for (int j = 0; j <= i; j++) {
             double sum = i % 3 == j % 3 ? g[i / 3][j / 3] : 0.0;
-            for (int k = 0; k < kind->strain_count; k++) {
+            for (int k = 0; k < strains; k++) {
                 sum += b[k][i] * cb[j][k];
             }
             h[i * size + j] = h[j * size + i] = area * sum;
@@ -295,43 +299,56 @@ static void slope_hessian(const StrainSamples *s, int sample, Slopes v, const do
     }
 }
 
-void strain_add_hessian(const StrainSamples *s, const double *x, const double *sigma, bool definite,
-                        double *values) {
-    int slopes = s->kind->slope_count, size = 3 * slopes;
+/* blocks r_a' H r_b of all pairs of one sample's nodes */
+FIXED_SIZES add_blocks(const StrainSamples *s, int sample, const double *h, int slopes,
+                       double *values) {
+    int size = 3 * slopes;
+    const BlockPlace *place = s->places + s->place_start[sample];
+    for (int a = s->start[sample]; a < s->start[sample + 1]; a++) {
+        const double *row_a = s->row + (size_t)a * (size_t)slopes;
+        double half[3][3 * STRAIN_MAX_SLOPES] = {{0}}; /* r_a' H */
+        for (int p = 0; p < slopes; p++) {
+            for (int d = 0; d < 3; d++) {
+                const double *from = h + (size_t)(3 * p + d) * (size_t)size;
+                for (int j = 0; j < size; j++) {
+                    half[d][j] += row_a[p] * from[j];
+                }
+            }
+        }
+        for (int b = s->start[sample]; b <= a; b++, place++) {
+            if (place->base < 0) {
+                continue;
+            }
+            const double *row_b = s->row + (size_t)b * (size_t)slopes;
+            double block[9] = {0};
+            for (int q = 0; q < slopes; q++) {
+                for (int r = 0; r < 3; r++) {
+                    for (int c = 0; c < 3; c++) {
+                        block[3 * r + c] += half[r][3 * q + c] * row_b[q];
+                    }
+                }
+            }
+            block_add(values, *place, block);
+        }
+    }
+}
+
+FIXED_SIZES add_hessian(const StrainSamples *s, const double *x, const double *sigma, bool definite,
+                        int slopes, int strains, double *values) {
     for (int i = 0; i < s->sample_count; i++) {
         Slopes v;
         double h[9 * STRAIN_MAX_SLOPES * STRAIN_MAX_SLOPES];
         slopes_of(s, i, x, v);
-        slope_hessian(s, i, v, sigma + (size_t)i * (size_t)s->kind->strain_count, definite, h);
-        const BlockPlace *place = s->places + s->place_start[i];
-        for (int a = s->start[i]; a < s->start[i + 1]; a++) {
-            const double *row_a = s->row + (size_t)a * (size_t)slopes;
-            double half[3][3 * STRAIN_MAX_SLOPES] = {{0}}; /* r_a' H */
-            for (int p = 0; p < slopes; p++) {
-                for (int d = 0; d < 3; d++) {
-                    const double *from = h + (size_t)(3 * p + d) * (size_t)size;
-                    for (int j = 0; j < size; j++) {
-                        /* slope_hessian filled all size x size of h; the analyser loses count */
-                        /* NOLINTNEXTLINE(clang-analyzer-core.UndefinedBinaryOperatorResult) */
-                        half[d][j] += row_a[p] * from[j];
-                    }
-                }
-            }
-            for (int b = s->start[i]; b <= a; b++, place++) {
-                if (place->base < 0) {
-                    continue;
-                }
-                const double *row_b = s->row + (size_t)b * (size_t)slopes;
-                double block[9] = {0};
-                for (int q = 0; q < slopes; q++) {
-                    for (int r = 0; r < 3; r++) {
-                        for (int c = 0; c < 3; c++) {
-                            block[3 * r + c] += half[r][3 * q + c] * row_b[q];
-                        }
-                    }
-                }
-                block_add(values, *place, block);
-            }
-        }
+        slope_hessian(s, i, v, sigma + (size_t)i * (size_t)strains, definite, slopes, strains, h);
+        add_blocks(s, i, h, slopes, values);
+    }
+}
+
+void strain_add_hessian(const StrainSamples *s, const double *x, const double *stress,
+                        bool definite, double *values) {
+    if (s->kind == &strain_lattice) {
+        add_hessian(s, x, stress, definite, 3, 5, values);
+    } else {
+        add_hessian(s, x, stress, definite, 5, 9, values);
     }
 }
