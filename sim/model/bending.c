@@ -76,7 +76,8 @@ Bending bending_create(const BendingSamples *samples, int node_count, int solved
     compress(&b, terms, count, arena);
     free(terms);
     if (rest_curvature && (rest_curvature[0] != 0.0 || rest_curvature[1] != 0.0)) {
-        b.rest = bending_rest_create(samples, solved_count, rest_curvature, arena);
+        double k0[3] = {rest_curvature[0], rest_curvature[1], 0.0};
+        b.rest = bending_rest_create(samples, solved_count, k0, arena);
     }
     return b;
 }

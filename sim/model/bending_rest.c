@@ -24,24 +24,29 @@ static void merge_sample(const BendingSamples *from, int sample, BendingSamples 
     to->start[sample + 1] = to->entry_count;
 }
 
+void bending_rest_set(BendingRest *r, int sample, const double w[4], const double k0[3]) {
+    double *m = r->moment[sample];
+    r->energy -= 0.5 * r->turning[sample];
+    m[0] = w[0] * k0[0] + w[1] * k0[1];
+    m[1] = w[1] * k0[0] + w[2] * k0[1];
+    m[2] = w[3] * k0[2];
+    r->turning[sample] = m[0] * k0[0] + m[1] * k0[1] + m[2] * k0[2];
+    r->energy += 0.5 * r->turning[sample];
+}
+
 BendingRest *bending_rest_create(const BendingSamples *samples, int solved_count,
-                                 const double rest_curvature[2], Arena *arena) {
-    const double *k0 = rest_curvature;
+                                 const double rest_curvature[3], Arena *arena) {
     BendingRest *r = arena_push(arena, BendingRest, 1);
     int count = samples->sample_count;
     r->solved_count = solved_count;
     r->samples.sample_count = count;
     r->samples.start = arena_push(arena, int, count + 1);
     r->samples.entries = arena_push(arena, BendingEntry, samples->start[count]);
-    r->moment = (double(*)[2])arena_alloc(arena, sizeof(double[2]) * (size_t)count);
+    r->moment = (double(*)[3])arena_alloc(arena, sizeof(double[3]) * (size_t)count);
     r->turning = arena_push(arena, double, count);
     for (int i = 0; i < count; i++) {
-        const double *w = samples->weight[i];
         merge_sample(samples, i, &r->samples);
-        r->moment[i][0] = w[0] * k0[0] + w[1] * k0[1];
-        r->moment[i][1] = w[1] * k0[0] + w[2] * k0[1];
-        r->turning[i] = r->moment[i][0] * k0[0] + r->moment[i][1] * k0[1];
-        r->energy += 0.5 * r->turning[i];
+        bending_rest_set(r, i, samples->weight[i], rest_curvature);
     }
     return r;
 }
@@ -53,7 +58,8 @@ typedef struct RestState {
 } RestState;
 
 static double moment_row(const BendingRest *r, int sample, const BendingEntry *entry) {
-    return r->moment[sample][0] * entry->g11 + r->moment[sample][1] * entry->g22;
+    const double *m = r->moment[sample];
+    return m[0] * entry->g11 + m[1] * entry->g22 + m[2] * entry->g12;
 }
 
 static RestState rest_state(const BendingRest *r, int sample, const double *x) {

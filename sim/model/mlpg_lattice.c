@@ -128,6 +128,8 @@ static void add_cell_sample(const Cloth *cloth, BendingSamples *s, int i, int j)
         BendingEntry *entry = &s->entries[s->entry_count++];
         entry->node = node_at(p, i + k % 2, j + k / 2);
         entry->g12 = sign[k] / area;
+        entry->f1 = (k % 2 ? 0.5 : -0.5) / p->h1;
+        entry->f2 = (k / 2 ? 0.5 : -0.5) / p->h2;
     }
     s->weight[s->sample_count][3] = 4.0 * area * cloth->material.d66;
     s->start[++s->sample_count] = s->entry_count;
