@@ -254,11 +254,14 @@ static void set_fold(const Mlpg *mlpg, const Panel *p, double theta, double lam)
 }
 
 /* (membrane + bending) / energy of the flat sheet, after minimising from the exact shape */
-static double fold_residual(double theta, double waves_nodes) {
-    enum { N = 41 };
+static double fold_residual(double theta, double waves_nodes, int n, double stiffness,
+                            StripNodes layout) {
     Bench b = {0};
-    double h = 1.0 / (N - 1), lam = waves_nodes * h;
-    b.cloth = cloths_rectangle(1.0, 1.0, N, N, cloths_fabric(1.0, 1e8, 0.3, 1.0, 0.0));
+    double h = 1.0 / (n - 1), lam = waves_nodes * h;
+    b.cloth = cloths_rectangle(1.0, 1.0, n, n, cloths_fabric(1.0, stiffness, 0.3, 1.0, 0.0));
+    b.cloth.scattered = layout != STRIP_LATTICE;
+    b.cloth.spacing = b.cloth.scattered ? h : 0.0;
+    b.cloth.jitter = layout == STRIP_JITTER ? 0.25 : 0.0;
     b.cloth.shape.rest_curvature[0] = 1.0; /* replaced sample by sample */
     b.scene = cloths_scene(&b.cloth);
     b.scene.gravity = vec3(0, 0, 0);
@@ -296,11 +299,20 @@ static void test_fold(void **unused) {
     (void)unused;
     for (int k = 0; k < 3; k++) {
         double theta = 22.5 * k * PI / 180.0;
-        double coarse = fold_residual(theta, 10.0), fine = fold_residual(theta, 20.0);
+        double coarse = fold_residual(theta, 10.0, 41, 1e8, STRIP_LATTICE);
+        double fine = fold_residual(theta, 20.0, 41, 1e8, STRIP_LATTICE);
         print_message("  theta %.1f: %.3f %% at 10 nodes a wave, %.3f %% at 20\n", 22.5 * k,
                       100 * coarse, 100 * fine);
         CHECK_AT_MOST(coarse, 0.025);
         CHECK_AT_MOST(fine, 0.003);
+    }
+    for (int layout = STRIP_JITTER; layout <= STRIP_LLOYD; layout++) {
+        double soft = fold_residual(PI / 8, 10.0, 31, 1e6, (StripNodes)layout);
+        double stiff = fold_residual(PI / 8, 10.0, 31, 1e8, (StripNodes)layout);
+        print_message("  scattered (%d): %.2f %% at S = 1e6, %.2f %% at 1e8\n", layout, 100 * soft,
+                      100 * stiff);
+        CHECK_AT_MOST(soft, 0.04);
+        CHECK_AT_MOST(stiff, 0.12);
     }
 }
 
