@@ -344,11 +344,11 @@ FIXED_SIZES add_hessian(const StrainSamples *s, const double *x, const double *s
     }
 }
 
-void strain_add_hessian(const StrainSamples *s, const double *x, const double *stress,
+void strain_add_hessian(const StrainSamples *samples, const double *x, const double *stress,
                         bool definite, double *values) {
-    if (s->kind == &strain_lattice) {
-        add_hessian(s, x, stress, definite, 3, 5, values);
+    if (samples->kind == &strain_lattice) {
+        add_hessian(samples, x, stress, definite, 3, 5, values);
     } else {
-        add_hessian(s, x, stress, definite, 5, 9, values);
+        add_hessian(samples, x, stress, definite, 5, 9, values);
     }
 }

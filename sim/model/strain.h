@@ -51,7 +51,7 @@ void strain_predict_stress(const StrainSamples *samples, const double *x_new, co
                            double *stress);
 int strain_couple(const StrainSamples *samples, int *pairs);
 void strain_bind(StrainSamples *samples, const BlockMatrix *matrix, int first, Arena *arena);
-void strain_add_hessian(const StrainSamples *samples, const double *x, const double *sigma,
+void strain_add_hessian(const StrainSamples *samples, const double *x, const double *stress,
                         bool definite, double *values);
 
 #endif
