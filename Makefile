@@ -1,5 +1,8 @@
 # toile: targets for users and developers. `make help` lists them.
 
+# no built-in rules: they would link dependency files
+MAKEFLAGS += --no-builtin-rules
+
 config ?= release
 BUILD := build/$(config)
 CC ?= gcc
@@ -83,6 +86,7 @@ $(BUILD)/tests/%: $(BUILD)/tests/%.o $(call objects,$(TEST_SUPPORT)) $(SIM_OBJEC
 	@echo "link $@"
 	@$(CC) $(LDFLAGS) $^ $(SIM_LIBS) $(RENDER_LIBS) -lcmocka -o $@
 
+%.d: ;
 .SECONDARY:
 -include $(shell find $(BUILD) -name '*.d' 2>/dev/null)
 
