@@ -17,8 +17,16 @@ cloth:
     nodes: 41 x 41
     at: [0, 0, 3 cm]
     noise: 0.3 mm
+  tube:
+    shape: {sleeve: {radius: 5 cm, length: 15 cm, rest: curved}}
+    fabric: wool-tropical
+    nodes: 27 x 19
+    at: [40 cm, 0, 3 cm]
+    noise: 0.3 mm
 handles:
   - {hold: sheet.top-left}
+  - {clamp: tube.start}
+  - {clamp: tube.end, turn: {axis: z, by: 40 deg, from: 0.1 s, to: 0.5 s}}
 obstacles:
   ball: {sphere: {radius: 5 cm}, at: [5 cm, 0, -3 cm], friction: 0.3}
 SCENE

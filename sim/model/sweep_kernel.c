@@ -65,6 +65,11 @@ static void fill_zero(double *const row[3], int begin, int end) {
     }
 }
 
+/* Loops that write buffers alone run on into the free slots after a row, to whole vectors of the
+ * widest kind: the tail costs more than the work in vain. Nothing is read from there. */
+#define WHOLE_VECTORS 8
+static int whole(int count) { return (count + WHOLE_VECTORS - 1) & -WHOLE_VECTORS; }
+
 /* cells between node rows j and j + 1 */
 static void cell_row(const SweepLattice *l, const Lanes *lanes, int j, CellRow *cells) {
     int cell_count = l->wrap ? l->nu : l->nu - 1;
@@ -82,7 +87,7 @@ static void cell_row(const SweepLattice *l, const Lanes *lanes, int j, CellRow *
     double c11 = l->c11, c12 = l->c12, c22 = l->c22, c66 = l->c66;
     double twist = 4.0 * l->d66, glass = l->hourglass * area / 12.0;
     ROW_LOOP
-    for (int i = 0; i < cell_count; i++) {
+    for (int i = 0; i < whole(cell_count); i++) {
         double ex = xa[i + 1] - xa[i], ey = ya[i + 1] - ya[i], ez = za[i + 1] - za[i];
         double gx = xb[i + 1] - xb[i], gy = yb[i + 1] - yb[i], gz = zb[i + 1] - zb[i];
         double f1x = to_f1 * (ex + gx), f1y = to_f1 * (ey + gy), f1z = to_f1 * (ez + gz);
@@ -140,6 +145,7 @@ static void moment_component(const SweepLattice *l, const double *x, int j,
                              const double *restrict normal, double *restrict m11,
                              double *restrict m22) {
     double scale2, scale1;
+    int count = whole(l->nu);
     int centre2 = curvature_centre(j, l->nv, l->clamp[2], l->clamp[3], &scale2);
     const double *restrict row = x + (ptrdiff_t)j * l->stride;
     const double *restrict mid = x + (ptrdiff_t)centre2 * l->stride;
@@ -148,7 +154,7 @@ static void moment_component(const SweepLattice *l, const double *x, int j,
     double w = l->h1 * l->h2 * (j == 0 || j == l->nv - 1 ? 0.5 : 1.0);
     double w11 = w * l->d11, w12 = w * l->d12, w22 = w * l->d22 * scale2, w21 = w12 * scale2;
     ROW_LOOP
-    for (int i = 0; i < l->nu; i++) {
+    for (int i = 0; i < count; i++) {
         double k11 = to_k1 * ((row[i - 1] - row[i]) + (row[i + 1] - row[i]));
         double k22 = to_k2 * ((low[i] - mid[i]) + (high[i] - mid[i]));
         m11[i] = w11 * k11 + w12 * k22;
@@ -158,7 +164,7 @@ static void moment_component(const SweepLattice *l, const double *x, int j,
         double rest11 = w11 * l->rest1 + w * l->d12 * l->rest2;
         double rest22 = w22 * l->rest2 + w21 * l->rest1;
         ROW_LOOP
-        for (int i = 0; i < l->nu; i++) {
+        for (int i = 0; i < count; i++) {
             m11[i] -= rest11 * normal[i];
             m22[i] -= rest22 * normal[i];
         }
@@ -217,7 +223,7 @@ static void rest_row(const SweepLattice *l, const Lanes *lanes, int j, double *c
     double *restrict ax = turn1[0], *restrict ay = turn1[1], *restrict az = turn1[2];
     double *restrict bx = turn2[0], *restrict by = turn2[1], *restrict bz = turn2[2];
     ROW_LOOP
-    for (int i = 0; i < l->nu; i++) {
+    for (int i = 0; i < whole(l->nu); i++) {
         double ux = to_f1 * (x1[i + 1] - x1[i - 1]), uy = to_f1 * (y1[i + 1] - y1[i - 1]);
         double uz = to_f1 * (z1[i + 1] - z1[i - 1]);
         double vx = to_f2 * (x2[i] - x0[i]), vy = to_f2 * (y2[i] - y0[i]);
@@ -256,7 +262,7 @@ static void gather_turns(const SweepLattice *l, const Rows *rows, int j, int c) 
     double *restrict force = rows->force[c];
     double from_own = j == 0 ? -1.0 : j == l->nv - 1 ? 1.0 : 0.0;
     ROW_LOOP
-    for (int i = 0; i < l->nu; i++) {
+    for (int i = 0; i < whole(l->nu); i++) {
         force[i] += (a[i - 1] - a[i + 1]) + (low[i] - high[i]) + from_own * own[i];
     }
 }
@@ -303,7 +309,7 @@ static void moment_row(const SweepLattice *l, const Lanes *lanes, int j, const R
             double *restrict sum = m22[c];
             const double *restrict add = rows->spare[1][c];
             ROW_LOOP
-            for (int i = 0; i < l->nu; i++) {
+            for (int i = 0; i < whole(l->nu); i++) {
                 sum[i] += add[i];
             }
         }
@@ -319,7 +325,7 @@ static void gather_force(const SweepLattice *l, const Rows *rows, const CellRow 
     double *restrict force = rows->force[c];
     double to_f1 = 1.0 / (l->h1 * l->h1), to_f2 = 1.0 / (l->h2 * l->h2);
     ROW_LOOP
-    for (int i = 0; i < l->nu; i++) {
+    for (int i = 0; i < whole(l->nu); i++) {
         double membrane =
             (pa[i] + pa[i - 1]) + (sa[i] - sa[i - 1]) + (tb[i] - tb[i - 1]) - (pb[i] + pb[i - 1]);
         double bend1 = to_f1 * ((m11[i - 1] - m11[i]) + (m11[i + 1] - m11[i]));

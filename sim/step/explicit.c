@@ -6,7 +6,15 @@
 #include "sim/base/parallel.h"
 #include "sim/step/stepper.h"
 
-#define ROW_GRAIN 16 /* rows a thread takes at once: some 10 us at 51 nodes a row */
+/* nodes a thread takes at once, some 10 us; with fewer, starting the threads costs more than they
+ * save, and each chunk repeats a row of cells and two of moments */
+#define NODE_GRAIN 1000
+
+/* where the targets of a handle stand */
+typedef struct Placed {
+    bool holds;
+    Pose pose;
+} Placed;
 
 struct Explicit {
     const System *system;
@@ -17,12 +25,15 @@ struct Explicit {
     double *buffers;        /* row buffers, one set a chunk */
     size_t buffer_size;     /* [double] of one chunk */
     double *chunk_speed;    /* [m2/s2] */
+    int *grain;             /* (cloth_count) rows of a chunk */
     double *x, *gradient;   /* (place_count x 3) for cloths without a sweep */
     unsigned char *held;    /* (place_count) */
     int held_count;
     int *held_places; /* (held_count) rising */
     double *targets;  /* [m] (place_count x 3) of held places */
-    double *v_held;   /* [m/s] (place_count x 3) of held places before a kick */
+    Placed *placed;   /* (handle_count) what the targets are made of */
+    bool targets_known;
+    double *v_held; /* [m/s] (place_count x 3) of held places before a kick */
     Contact contact;
     bool has_contact;
     double limit; /* [s] */
@@ -47,17 +58,26 @@ static void place_lattice(Explicit *e, int c, int *slots) {
     *slots += (l->nv + 2) * l->stride + LANE_MARGIN;
 }
 
+/* rows a chunk: all of them for one thread */
+static int row_grain(const SweepLattice *l) {
+    int threads = parallel_threads();
+    int share = (l->nv + threads - 1) / threads, least = (NODE_GRAIN + l->nu - 1) / l->nu;
+    return share > least ? share : least;
+}
+
 static void place_all(Explicit *e) {
     const System *system = e->system;
     int slots = 0;
     size_t widest = 0, chunks = 1;
     e->slot = arena_push(system->arena, int, system->place_count);
     e->lattices = arena_push(system->arena, SweepLattice, system->cloth_count);
+    e->grain = arena_push(system->arena, int, system->cloth_count);
     for (int c = 0; c < system->cloth_count; c++) {
         const Cloth *cloth = &system->cloths[c];
         if (cloth->lattice) {
             place_lattice(e, c, &slots);
-            size_t row_chunks = (size_t)parallel_chunk_count(cloth->lattice->nv, ROW_GRAIN);
+            e->grain[c] = row_grain(cloth->lattice);
+            size_t row_chunks = (size_t)parallel_chunk_count(cloth->lattice->nv, e->grain[c]);
             chunks = row_chunks > chunks ? row_chunks : chunks;
             size_t stride = (size_t)cloth->lattice->stride;
             widest = stride > widest ? stride : widest;
@@ -82,6 +102,7 @@ Explicit *explicit_create(const System *system) {
     e->gradient = arena_push(system->arena, double, 3 * system->place_count);
     e->v_held = arena_push(system->arena, double, 3 * system->place_count);
     e->targets = arena_push(system->arena, double, 3 * system->place_count);
+    e->placed = arena_push(system->arena, Placed, system->handle_count);
     e->held_places = arena_push(system->arena, int, system->place_count);
     e->held = arena_push(system->arena, unsigned char, system->place_count);
     e->has_contact = system->contact.obstacle_count > 0;
@@ -193,7 +214,7 @@ static void kick(Explicit *e, double dt) {
                 add_model_force(e, c, cloth->model->add_rest_gradient);
             }
             KickJob job = {e, &e->lattices[c], kick_one};
-            parallel_for(e->lattices[c].nv, ROW_GRAIN, kick_chunk, &job);
+            parallel_for(e->lattices[c].nv, e->grain[c], kick_chunk, &job);
             if (rest) {
                 clear_force(e, c);
             }
@@ -217,6 +238,8 @@ static void drift_chunk(int chunk, int first, int end, void *context) {
         job->e->kernel->drift(job->lattice, &job->e->lanes, job->dt, first, end);
 }
 
+static double larger(double a, double b) { return b > a ? b : a; }
+
 /* x += dt v, also for held places and ghosts, whose velocities lead to their targets */
 static double drift(Explicit *e, double dt) {
     double fastest = 0.0;
@@ -226,9 +249,9 @@ static double drift(Explicit *e, double dt) {
         if (e->lattices[c].nu > 0) {
             const SweepLattice *l = &e->lattices[c];
             DriftJob job = {e, l, dt};
-            parallel_for(l->nv, ROW_GRAIN, drift_chunk, &job);
-            for (int k = 0; k < parallel_chunk_count(l->nv, ROW_GRAIN); k++) {
-                fastest = fmax(fastest, e->chunk_speed[k]);
+            parallel_for(l->nv, e->grain[c], drift_chunk, &job);
+            for (int k = 0; k < parallel_chunk_count(l->nv, e->grain[c]); k++) {
+                fastest = larger(fastest, e->chunk_speed[k]);
             }
             first += cloth->node_count;
         }
@@ -239,7 +262,7 @@ static double drift(Explicit *e, double dt) {
                 e->lanes.x[a][e->slot[i]] += dt * v;
                 square += v * v;
             }
-            fastest = fmax(fastest, square);
+            fastest = larger(fastest, square);
         }
         if (e->lattices[c].nu > 0) {
             sweep_wrap_rows(&e->lattices[c], e->lanes.x);
@@ -248,26 +271,56 @@ static double drift(Explicit *e, double dt) {
     return sqrt(fastest);
 }
 
-/* velocities that carry held places to where their handles want them at time_end; returns the
- * work done on the cloth: minus internal force times motion */
+/* targets of the held places at `time`. Those of a handle that rests stay; where two handles hold
+ * the same place the later one counts, so all that follow a moved one are placed again. */
+static void place_targets(Explicit *e, double time) {
+    const System *system = e->system;
+    bool again = !e->targets_known;
+    for (int h = 0; h < system->handle_count && !again; h++) {
+        again = e->placed[h].holds != (time <= system->handles[h].def->release);
+    }
+    for (int h = 0; h < system->handle_count; h++) {
+        const Handle *handle = &system->handles[h];
+        Placed now = {time <= handle->def->release, motion_pose(&handle->def->motion, time)};
+        again = again || memcmp(&e->placed[h].pose, &now.pose, sizeof now.pose) != 0;
+        e->placed[h] = now;
+        for (int i = 0; i < handle->count && again && now.holds; i++) {
+            Vec3 p = pose_apply(now.pose, vec3_load(handle->start + 3 * i));
+            vec3_store(e->targets + 3 * (size_t)handle->places[i], p);
+        }
+    }
+    e->targets_known = true;
+}
+
+/* velocity that carries one held place to its target; adds the work done on the cloth: minus
+ * internal force times motion */
+static void steer_place(Explicit *e, int i, const SweepKick *kick, double dt, double *work) {
+    int slot = e->slot[i];
+    double mass = e->system->mass[i], *v_held = e->v_held + 3 * i;
+    double push[3] = {kick->push.x, kick->push.y, kick->push.z};
+    for (int a = 0; a < 3; a++) {
+        double *v = &e->lanes.v[a][slot];
+        double moved = e->targets[3 * i + a] - e->lanes.x[a][slot];
+        if (moved == 0.0) {
+            *v = v_held[a] = 0.0;
+            continue;
+        }
+        if (mass > 0.0) { /* ghosts have none */
+            double internal = mass * ((*v / kick->keep - v_held[a]) / kick->dt - push[a]);
+            *work -= internal * moved;
+        }
+        *v = v_held[a] = moved / dt;
+    }
+}
+
 static double steer_held(Explicit *e, double dt, double kick_dt, double time_end) {
     const System *system = e->system;
     double work = 0.0;
-    system_place_held(system, time_end, e->targets);
-    for (int k = 0, c = -1; k < e->held_count; k++) {
-        int i = e->held_places[k], slot = e->slot[i];
-        while (i >= system->first[c + 1]) {
-            c++; /* held places are in rising order */
-        }
+    place_targets(e, time_end);
+    for (int c = 0, k = 0; c < system->cloth_count; c++) {
         SweepKick one = kick_of(e, c, kick_dt);
-        double push[3] = {one.push.x, one.push.y, one.push.z};
-        for (int a = 0; a < 3; a++) {
-            double *v = &e->lanes.v[a][slot], *v_held = &e->v_held[3 * i + a];
-            double internal = system->mass[i] * ((*v / one.keep - *v_held) / kick_dt - push[a]);
-            double moved = e->targets[3 * i + a] - e->lanes.x[a][slot];
-            *v = moved / dt;
-            *v_held = *v;
-            work -= internal * moved;
+        for (; k < e->held_count && e->held_places[k] < system->first[c + 1]; k++) {
+            steer_place(e, e->held_places[k], &one, dt, &work);
         }
     }
     return work;
