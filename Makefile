@@ -30,7 +30,7 @@ $(error config is one of release, debug, sanitize, coverage; not '$(config)')
 endif
 
 # foreign libraries, one line per program
-SHARED_LIBS := -lqhull_r -llapacke -lopenblas -lxxhash -lm
+SHARED_LIBS := -lqhull_r -llapacke -lopenblas -lgmp -lxxhash -lm
 SIM_LIBS := -lcholmod -lyaml -ludunits2 -lassimp $(SHARED_LIBS)
 RENDER_LIBS := -lavformat -lavcodec -lswscale -lavutil -lpng -ldl $(SHARED_LIBS)
 

@@ -48,6 +48,7 @@ one_file 'yaml\.h' 1
 one_file 'udunits2\.h' 1
 one_file 'libqhull_r/' 1
 one_file 'lapacke\.h' 1
+one_file 'gmp\.h' 1
 one_file 'png\.h' 1
 one_file 'libav(codec|format|util)/' 1
 one_file 'xxhash\.h' 1

@@ -7,7 +7,7 @@ packages="
 build-essential pkg-config
 libosmesa6-dev libgl-dev libassimp-dev libsuitesparse-dev libopenblas-dev liblapacke-dev
 libavcodec-dev libavformat-dev libavutil-dev libswscale-dev libpng-dev
-libyaml-dev libudunits2-dev libqhull-dev libxxhash-dev libcmocka-dev
+libyaml-dev libudunits2-dev libqhull-dev libgmp-dev libxxhash-dev libcmocka-dev
 clang-format clang-tidy cppcheck ffmpeg
 python3 python3-numpy python3-matplotlib
 "
