@@ -17,6 +17,7 @@ typedef struct Options {
     int threads;             /* --threads; all processors */
     int count;               /* --count, pictures on a contact sheet; 12 */
     bool force, json, quiet; /* --force --json --quiet */
+    bool crossings;          /* --crossings, of measure */
     ProgressKind progress;   /* --progress=auto|json|none */
 } Options;
 
@@ -37,6 +38,7 @@ ExitCode command_run(int argc, char **argv, Error *error);
 
 ExitCode command_render(const Options *options, Error *error);
 ExitCode command_sheet(const Options *options, Error *error);
+ExitCode command_measure(const Options *options, Error *error);
 ExitCode command_looks(const Options *options, Error *error);
 ExitCode command_versions(const Options *options, Error *error);
 ExitCode command_bench(const Options *options, Error *error);

@@ -15,6 +15,8 @@ const Command commands[] = {
     {"render", "RUN -o FILE", "video (mp4, mov, webm), sequence (%04d.png or a folder), picture",
      command_render, false},
     {"sheet", "RUN -o FILE.png", "contact sheet of a run", command_sheet, false},
+    {"measure", "RUN --crossings",
+     "triangles that cross in any frame; exit code 1 if there are any", command_measure, false},
     {"looks", "", "what cloths and obstacles can look like", command_looks, false},
     {"versions", "", "versions of the libraries in use", command_versions, false},
     {"bench", "RUN", "CPU time of each stage of a frame, as CSV", command_bench, true},
@@ -42,6 +44,7 @@ enum {
     THREADS,
     COUNT,
     FORCE,
+    CROSSINGS,
     JSON,
     QUIET,
     PROGRESS,
@@ -60,6 +63,7 @@ static const struct option long_options[] = {{"output", required_argument, NULL,
                                              {"threads", required_argument, NULL, THREADS},
                                              {"count", required_argument, NULL, COUNT},
                                              {"force", no_argument, NULL, FORCE},
+                                             {"crossings", no_argument, NULL, CROSSINGS},
                                              {"json", no_argument, NULL, JSON},
                                              {"quiet", no_argument, NULL, QUIET},
                                              {"progress", required_argument, NULL, PROGRESS},
@@ -90,6 +94,8 @@ static void print_help(FILE *out) {
             "  --patience SECONDS  with --follow: without a writer, give up after so long; 60\n"
             "  --threads N         default: all processors\n"
             "  --count N           pictures on a contact sheet; 12\n"
+            "  --crossings         measure: pairs of triangles that cross, exactly, and triangles\n"
+            "                      inside an obstacle\n"
             "  --force             make it again; overwrite files of others\n"
             "  --json  --progress=auto|json|none  --quiet  --help  --version\n");
 }
@@ -182,6 +188,8 @@ static bool read_option(int option, const char *text, Options *options, Error *e
         return read_number("count", text, 1, &options->count, error);
     case FORCE:
         return options->force = true;
+    case CROSSINGS:
+        return options->crossings = true;
     case JSON:
         return options->json = true;
     case QUIET:

@@ -1,0 +1,66 @@
+#include "render/measure.h"
+
+#include "sim/geom/crossing.h"
+
+/* "sheet at (0.120, 0.300) m": the middle of a triangle on its panel */
+static void describe(const StateHeader *header, const StateLayout *layout, int triangle, char *text,
+                     size_t size) {
+    int cloth = 0;
+    while (cloth + 1 < layout->cloth_count && triangle >= layout->triangle_begin[cloth + 1]) {
+        cloth++;
+    }
+    double middle[2] = {0, 0};
+    for (int k = 0; k < 3; k++) {
+        const double *uv =
+            layout->vertex_material + 2 * (size_t)layout->triangles[3 * triangle + k];
+        middle[0] += uv[0] / 3.0;
+        middle[1] += uv[1] / 3.0;
+    }
+    snprintf(text, size, "%s at (%.4f, %.4f) m", header->cloths[cloth].name, middle[0], middle[1]);
+}
+
+static void count_cloth(const StateHeader *header, const StateLayout *layout,
+                        const CrossingMesh *mesh, Arena *arena, MeasureCrossings *found) {
+    Crossings pairs = crossing_count_self(mesh, arena);
+    found->cloth = pairs.count;
+    if (pairs.count > 0) {
+        char one[MEASURE_PLACE_SIZE / 2 - 8], other[MEASURE_PLACE_SIZE / 2 - 8];
+        describe(header, layout, pairs.first[0], one, sizeof one);
+        describe(header, layout, pairs.first[1], other, sizeof other);
+        snprintf(found->place, sizeof found->place, "%s and %s", one, other);
+    }
+}
+
+static void count_obstacle(const StateHeader *header, const StateLayout *layout,
+                           const CrossingMesh *mesh, Pose pose, int index,
+                           MeasureCrossings *found) {
+    const StateObstacle *obstacle = &header->obstacles[index];
+    Crossings inside = crossing_count_solid(mesh, &obstacle->solid, pose);
+    found->obstacle[index] = inside.count;
+    found->obstacles += inside.count;
+    if (inside.count > 0 && !found->place[0]) {
+        char one[MEASURE_PLACE_SIZE / 2];
+        describe(header, layout, inside.first[0], one, sizeof one);
+        snprintf(found->place, sizeof found->place, "%s in %s", one, obstacle->name);
+    }
+}
+
+bool measure_crossings(const StateHeader *header, const StateLayout *layout,
+                       const StateFrame *frame, Arena *arena, MeasureCrossings *found,
+                       Error *error) {
+    *found = (MeasureCrossings){.obstacle = arena_push(arena, int64_t, header->obstacle_count)};
+    ArenaMark mark = arena_mark(arena);
+    double *surface = arena_push(arena, double, 3 * layout->vertex_count);
+    state_surface(layout, frame->x, surface);
+    CrossingMesh mesh = {layout->vertex_count, layout->triangle_count, surface, layout->triangles};
+    const char *damage = crossing_find_damage(&mesh);
+    if (damage) {
+        return error_set(error, EXIT_BAD_INPUT, "frame %d: %s", frame->frame, damage);
+    }
+    count_cloth(header, layout, &mesh, arena, found);
+    for (int i = 0; i < header->obstacle_count; i++) {
+        count_obstacle(header, layout, &mesh, frame->pose[i], i, found);
+    }
+    arena_rewind(arena, mark);
+    return true;
+}
