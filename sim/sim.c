@@ -44,6 +44,7 @@ bool sim_create(Sim *sim, const Scene *scene, const SimOptions *options, Error *
     sim->packed = arena_push(&sim->arena, double, 6 * sim->system.node_count);
     state_start(&sim->system, &sim->state);
     sim->statistics.smallest_gap = sim->total.smallest_gap = INFINITY;
+    sim->statistics.smallest_self_gap = sim->total.smallest_self_gap = INFINITY;
     return true;
 }
 
@@ -77,6 +78,11 @@ static void add_up(Statistics *total, const Statistics *frame) {
     total->impulses += frame->impulses;
     total->lag = fmax(total->lag, frame->lag);
     total->smallest_gap = fmin(total->smallest_gap, frame->smallest_gap);
+    total->smallest_self_gap = fmin(total->smallest_self_gap, frame->smallest_self_gap);
+    total->rebuilds += frame->rebuilds;
+    total->friction += frame->friction;
+    total->damping += frame->damping;
+    total->guard += frame->guard;
     total->step_length = frame->step_length;
     total->cpu += frame->cpu;
 }
@@ -84,7 +90,7 @@ static void add_up(Statistics *total, const Statistics *frame) {
 bool sim_advance(Sim *sim, Error *error) {
     double start = process_seconds();
     double time_end = (sim->frame + 1) / sim->scene->film.rate;
-    sim->statistics = (Statistics){.smallest_gap = INFINITY};
+    sim->statistics = (Statistics){.smallest_gap = INFINITY, .smallest_self_gap = INFINITY};
     if (!sim->stepper->advance(&sim->system, sim->stepper_data, &sim->state, time_end,
                                &sim->statistics, error)) {
         return false;
@@ -132,7 +138,9 @@ typedef struct Kept {
     int64_t count;
 } Kept;
 
-enum { KEPT_COUNT = 7 };
+enum { KEPT_COUNT = 8 };
+/* the states file keeps a PairMemory as so many doubles, bit by bit */
+#define PAIR_DOUBLES ((int64_t)(sizeof(PairMemory) / sizeof(double)))
 
 static void list_kept(const Sim *sim, Kept kept[KEPT_COUNT]) {
     const State *s = &sim->state;
@@ -146,8 +154,9 @@ static void list_kept(const Sim *sim, Kept kept[KEPT_COUNT]) {
         {"step.v", s->v, ghosts ? places : 0},
         {"step.x_before", s->x_before, before ? places : 0},
         {"step.v_before", s->v_before, before ? places : 0},
-        {"step.clocks", s->clocks, obstacles},
-        {"step.bristles", s->bristles, places * obstacles},
+        {"step.approach", (double *)&s->contact.approach, 1},
+        {"step.clocks", s->contact.clocks, obstacles},
+        {"step.bristles", s->contact.bristles, places * obstacles},
     };
     memcpy(kept, all, sizeof all);
 }
@@ -159,18 +168,22 @@ bool sim_write_frame(Sim *sim, StateWriter *writer, Error *error) {
                         .x = sim->packed,
                         .v = sim->packed + 3 * (size_t)sim->system.node_count,
                         .pose_count = sim->system.contact.obstacle_count,
-                        .pose = sim->state.poses};
+                        .pose = sim->state.contact.poses};
     Kept kept[KEPT_COUNT];
     list_kept(sim, kept);
-    StateArray extra[KEPT_COUNT + 2] = {
+    const ContactMemory *contact = &sim->state.contact;
+    int32_t counts[2] = {contact->touch_count, contact->pair_count};
+    StateArray extra[KEPT_COUNT + 4] = {
         {"statistics", STATE_U8, 1, (int64_t)strlen(statistic_names), statistic_names},
         {"stat", STATE_F64, 1, STATISTIC_COUNT, &sim->statistics},
+        {"step.counts", STATE_I32, 1, 2, counts},
+        {"step.pairs", STATE_F64, 1, PAIR_DOUBLES * (int64_t)counts[1], contact->pairs},
     };
     for (int i = 0; i < KEPT_COUNT; i++) {
-        extra[2 + i] = (StateArray){"", STATE_F64, 1, kept[i].count, kept[i].data};
-        strcpy(extra[2 + i].name, kept[i].name);
+        extra[4 + i] = (StateArray){"", STATE_F64, 1, kept[i].count, kept[i].data};
+        strcpy(extra[4 + i].name, kept[i].name);
     }
-    return state_write_frame(writer, &frame, sim->system.node_count, extra, KEPT_COUNT + 2, error);
+    return state_write_frame(writer, &frame, sim->system.node_count, extra, KEPT_COUNT + 4, error);
 }
 
 static bool load_kept(Sim *sim, const StateReader *reader, const char *wanted, Error *error) {
@@ -188,6 +201,22 @@ static bool load_kept(Sim *sim, const StateReader *reader, const char *wanted, E
         }
         memcpy(kept[i].data, array->data, (size_t)array->count * sizeof(double));
     }
+    return true;
+}
+
+static bool load_pairs(Sim *sim, const StateReader *reader, Error *error) {
+    ContactMemory *contact = &sim->state.contact;
+    const StateArray *counts = state_frame_array(reader, "step.counts", STATE_I32, 1);
+    const StateArray *pairs = state_frame_array(reader, "step.pairs", STATE_F64, 1);
+    const int32_t *count = counts && counts->count == 2 ? counts->data : NULL;
+    if (!count || !pairs || count[0] < 0 || count[1] < count[0] || count[1] > contact->pair_room ||
+        pairs->count != PAIR_DOUBLES * count[1]) {
+        return error_set(error, EXIT_BAD_INPUT,
+                         "the frame cannot be resumed: 'step.pairs' does not fit this scene");
+    }
+    contact->touch_count = count[0];
+    contact->pair_count = count[1];
+    memcpy(contact->pairs, pairs->data, (size_t)pairs->count * sizeof(double));
     return true;
 }
 
@@ -212,9 +241,10 @@ bool sim_load_frame(Sim *sim, StateReader *reader, int index, Error *error) {
         memcpy(sim->state.v + to, v, count * sizeof *v);
         x += count, v += count;
     }
-    memcpy(sim->state.poses, frame.pose, (size_t)frame.pose_count * sizeof *frame.pose);
+    memcpy(sim->state.contact.poses, frame.pose, (size_t)frame.pose_count * sizeof *frame.pose);
     sim->state.time = frame.time;
     sim->frame = frame.frame;
     /* step.before decides which arrays there are */
-    return load_kept(sim, reader, "step.before", error) && load_kept(sim, reader, NULL, error);
+    return load_kept(sim, reader, "step.before", error) && load_kept(sim, reader, NULL, error) &&
+           load_pairs(sim, reader, error);
 }

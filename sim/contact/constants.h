@@ -1,27 +1,33 @@
-/* constants.h: the numbers of the contact law and its guard, all relative to the contact
- * distance dhat, the step, or the vertex mass (explicit.md 3, 4, 5, 10.1). */
+/* constants.h: the numbers of the contact law, its lists and its guard, all relative to the
+ * contact distance dhat, the step, or the vertex mass (explicit.md 3, 4, 5, 10). */
 #ifndef TOILE_CONTACT_CONSTANTS_H
 #define TOILE_CONTACT_CONSTANTS_H
 
 /* k = share * m / dt^2. Larger pumps energy, smaller sinks deeper (g dt^2 / share at rest). */
-#define CONTACT_STIFFNESS 0.2
-#define CONTACT_DAMPING 0.1      /* of critical, along the normal; 0.2 pumps with many pairs */
+#define CONTACT_STIFFNESS 0.2       /* against obstacles */
+#define CONTACT_SELF_STIFFNESS 0.06 /* many pairs share a vertex */
+#define CONTACT_DAMPING 0.1         /* of critical, along the normal; 0.2 pumps with many pairs */
+#define CONTACT_SELF_DAMPING 0.05
 #define CONTACT_LOG_BELOW 0.5    /* of dhat: the law turns logarithmic */
 #define CONTACT_LEAST_GAP 1e-6   /* of dhat: keeps the logarithm finite; the guard keeps 0.02 */
 #define CONTACT_STABLE_SHARE 1.4 /* of 4 = dt^2 lambda: what the membrane leaves at courant 0.8 */
+#define CONTACT_PARALLEL 0.01    /* sine^2 below which pairs of edges lose stiffness */
 
 #define CONTACT_BRISTLE_SHARE 0.5   /* tangential / normal stiffness */
 #define CONTACT_BRISTLE_DAMPING 0.3 /* of critical */
 
-#define CONTACT_IMPULSE_GAP 0.2  /* of dhat: impulses act before the gap falls below this */
-#define CONTACT_PLANE_SHARE 0.9  /* of the room to the plane that one step may use */
-#define CONTACT_PLANE_FLOOR 0.02 /* of dhat: never nearer; without it gaps reach 1e-12 m */
-#define CONTACT_YIELD_SHARE 0.95 /* of the room left that an obstacle may use */
-#define CONTACT_CATCH_UP 1.25    /* of dt: fastest clock of an obstacle that fell behind */
+#define CONTACT_IMPULSE_GAP 0.2   /* of dhat: impulses act before the gap falls below this */
+#define CONTACT_PLANE_SHARE 0.9   /* of the room to the plane that one step may use */
+#define CONTACT_PLANE_FLOOR 0.02  /* of dhat, at obstacles: never nearer; without it gaps reach
+                                     1e-12 m */
+#define CONTACT_MIDDLE_FLOOR 0.01 /* of dhat, on either side of the plane between two cloths */
+#define CONTACT_YIELD_SHARE 0.95  /* of the room left that an obstacle may use */
+#define CONTACT_CATCH_UP 1.25     /* of dt: fastest clock of an obstacle that fell behind */
 
-#define CONTACT_NEAR_STEPS 2.0 /* steps of the fastest motion within which pairs are evaluated */
+#define CONTACT_NEAR_STEPS 3.0       /* steps of relative motion within which pairs are evaluated */
 #define CONTACT_LEAST_NEAR_STEPS 1.2 /* a list with less room is made again; 1 is the bound */
-#define CONTACT_SLACK_STEPS 40.0     /* steps until the list is made again */
+#define CONTACT_SLACK_STEPS 20.0     /* steps until pairs are looked for again */
 #define CONTACT_LEAST_SLACK 0.35     /* of dhat */
+#define CONTACT_GROUP_REACH 0.4      /* of the size of a group: how far neighbours are listed */
 
 #endif

@@ -3,23 +3,9 @@
 #include <math.h>
 #include <string.h>
 
-#include "sim/contact/constants.h"
+#include "sim/contact/engine.h"
 
-Contact contact_create(const ContactDef *def, Arena *arena) {
-    int n = def->vertex_count, o = def->obstacle_count;
-    return (Contact){.def = def,
-                     .pairs = arena_push(arena, ContactPair, n * o),
-                     .poses = arena_push(arena, Pose, o),
-                     .next = arena_push(arena, Pose, o),
-                     .clocks = arena_push(arena, double, o),
-                     .next_clocks = arena_push(arena, double, o),
-                     .bristles = arena_push(arena, double, 3 * n * o),
-                     .weight_kept = arena_push(arena, double, n)};
-}
-
-Pose contact_pose(const ContactObstacle *obstacle, double clock) {
-    return pose_compose(motion_pose(obstacle->motion, clock), obstacle->start);
-}
+#define MOST_ROUNDS 12 /* of shortening after searches; more speed needs more than one by rule */
 
 double contact_law(double d, double dhat, double k, double *force, double *curvature) {
     double tau = CONTACT_LOG_BELOW * dhat;
@@ -38,292 +24,355 @@ double contact_law(double d, double dhat, double k, double *force, double *curva
     return k * tau * (dhat - tau) * log(tau / safe) + 0.5 * k * (dhat - tau) * (dhat - tau);
 }
 
-double contact_room(const ContactDef *def, double distance) {
-    return fmax(0.0, CONTACT_PLANE_SHARE * (distance - CONTACT_PLANE_FLOOR * def->distance));
+double contact_room(double dhat, double distance) {
+    return fmax(0.0, CONTACT_PLANE_SHARE * (distance - CONTACT_PLANE_FLOOR * dhat));
 }
 
-static Vec3 lane_load(double *const lane[3], int slot) {
-    return vec3(lane[0][slot], lane[1][slot], lane[2][slot]);
+Pose contact_pose(const ContactObstacle *obstacle, double clock) {
+    return pose_compose(motion_pose(obstacle->motion, clock), obstacle->start);
 }
 
-static void lane_store(double *const lane[3], int slot, Vec3 a) {
-    lane[0][slot] = a.x, lane[1][slot] = a.y, lane[2][slot] = a.z;
-}
+/* ---- creation ---- */
 
-static void pair_evaluate(const Contact *c, ContactView view, ContactPair *pair) {
-    const ContactObstacle *obstacle = &c->def->obstacles[pair->obstacle];
-    Pose pose = c->poses[pair->obstacle];
-    Vec3 x = lane_load(view.lanes->x, view.slot[pair->vertex]);
-    Vec3 normal;
-    pair->distance = solid_distance(&obstacle->solid, pose_unapply(pose, x), &normal);
-    pair->normal = quat_rotate(pose.turn, normal);
-    pair->point = vec3_axpy(x, -pair->distance, pair->normal);
-}
-
-static void make_list(Contact *c, ContactView view, double fastest, double dt) {
-    double dhat = c->def->distance, step = fastest * dt;
-    c->near = fmax(dhat, CONTACT_NEAR_STEPS * step);
-    c->slack = fmax(CONTACT_LEAST_SLACK * dhat, CONTACT_SLACK_STEPS * step);
-    c->path = 0.0;
-    c->pair_count = 0;
-    c->statistics.rebuilds++;
-    for (int o = 0; o < c->def->obstacle_count; o++) {
-        for (int i = 0; i < c->def->vertex_count; i++) {
-            ContactPair pair = {.vertex = i, .obstacle = o};
-            if (c->def->mass[i] == 0.0) {
-                continue;
+static void index_groups(Contact *c, Arena *arena) {
+    const Surface *s = &c->surface;
+    int n = c->def->vertex_count;
+    c->vertex_group_begin = arena_push(arena, int, n + 1);
+    int *begin = c->vertex_group_begin, total = 0;
+    for (int g = 0; g < s->group_count; g++) {
+        for (int k = s->groups[g].vertex_begin; k < s->groups[g].vertex_end; k++) {
+            begin[s->group_vertices[k]]++;
+            total++;
+        }
+    }
+    c->vertex_groups = arena_push(arena, int, total);
+    for (int i = 0, at = 0; i <= n; i++) {
+        int count = i < n ? begin[i] : 0;
+        begin[i] = at;
+        at += count;
+    }
+    for (int g = s->group_count - 1; g >= 0; g--) {
+        for (int k = s->groups[g].vertex_begin; k < s->groups[g].vertex_end; k++) {
+            int vertex = s->group_vertices[k], slot = begin[vertex];
+            while (c->vertex_groups[slot] != 0) {
+                slot++;
             }
-            pair_evaluate(c, view, &pair);
-            if (pair.distance <= c->near + c->slack) {
-                pair.due = pair.distance - c->near;
-                c->pairs[c->pair_count++] = pair;
-            } else {
-                memset(c->bristles + 3 * ((size_t)i * (size_t)c->def->obstacle_count + (size_t)o),
-                       0, 3 * sizeof(double));
-            }
+            c->vertex_groups[slot] = g + 1;
+        }
+    }
+    for (int k = 0; k < total; k++) {
+        c->vertex_groups[k]--;
+    }
+}
+
+static void weigh_panels(Contact *c, Arena *arena) {
+    const ContactDef *def = c->def;
+    c->panel_mass = arena_push(arena, double, def->panel_count);
+    c->panel_of = arena_push(arena, int, def->vertex_count);
+    for (int p = 0; p < def->panel_count; p++) {
+        const SurfacePanel *panel = &def->panels[p];
+        for (int i = panel->first; i < panel->first + panel->vertex_count; i++) {
+            c->panel_mass[p] += def->mass[i] / panel->vertex_count;
+            c->panel_of[i] = p;
         }
     }
 }
 
-void contact_begin(Contact *c, ContactView view, const Pose *poses, const double *clocks,
-                   const double *bristles, double fastest, double dt) {
-    size_t o = (size_t)c->def->obstacle_count;
-    memcpy(c->poses, poses, o * sizeof *poses);
-    memcpy(c->clocks, clocks, o * sizeof *clocks);
-    memcpy(c->bristles, bristles, 3 * o * (size_t)c->def->vertex_count * sizeof *bristles);
-    c->statistics = (ContactStatistics){.smallest_gap = INFINITY};
-    for (int i = 0; i < c->def->vertex_count; i++) {
-        c->weight_kept[i] = view.lanes->weight[view.slot[i]];
-    }
-    make_list(c, view, fastest, dt);
+static void create_obstacles(Contact *c, Arena *arena) {
+    int n = c->def->vertex_count, o = c->def->obstacle_count;
+    c->group_touches = arena_push(arena, GroupTouch, c->surface.group_count * o);
+    c->distances = arena_push(arena, VertexDistance, n * o);
+    c->poses = arena_push(arena, Pose, o);
+    c->next = arena_push(arena, Pose, o);
+    c->clocks = arena_push(arena, double, o);
+    c->next_clocks = arena_push(arena, double, o);
+    c->obstacle_speed = arena_push(arena, double, o);
+    c->bristles = arena_push(arena, double, 3 * n * o);
+    c->touch_memory_room = CONTACT_MEMORY_PER_VERTEX * n;
+    c->touch_memory = arena_push(arena, PairMemory, c->touch_memory_room);
 }
 
-/* speed of the fastest point of the obstacles in this step [m/s] */
-static double obstacle_speed(const Contact *c, double dt) {
-    double fastest = 0.0;
-    for (int o = 0; o < c->def->obstacle_count; o++) {
-        const ContactObstacle *obstacle = &c->def->obstacles[o];
-        if (!obstacle->moves) {
-            continue;
-        }
-        Pose a = c->poses[o], b = c->next[o];
-        double bound = solid_bound(&obstacle->solid);
-        Quat turn = quat_multiply(b.turn, quat_inverse(a.turn));
-        double angle =
-            2.0 * asin(fmin(1.0, sqrt(turn.x * turn.x + turn.y * turn.y + turn.z * turn.z)));
-        double turned = isfinite(bound) ? bound * angle : 0.0;
-        fastest = fmax(fastest, (vec3_length(vec3_sub(b.shift, a.shift)) + turned) / dt);
+Contact *contact_create(const ContactDef *def, Arena *arena) {
+    int n = def->vertex_count;
+    Contact *c = arena_push(arena, Contact, 1);
+    c->def = def;
+    c->arena = arena;
+    c->surface = surface_create(def->panels, def->panel_count, def->start, arena);
+    c->lists = lists_create(&c->surface, def->start, arena);
+    c->motion = arena_push(arena, GroupMotion, c->surface.group_count);
+    index_groups(c, arena);
+    weigh_panels(c, arena);
+    c->stiff = arena_push(arena, double, n);
+    c->touched = arena_push(arena, int, n);
+    c->is_touched = arena_push(arena, unsigned char, n);
+    c->changed = arena_push(arena, int, n);
+    c->is_changed = arena_push(arena, unsigned char, n);
+    c->scale = arena_push(arena, double, n);
+    c->weight_kept = arena_push(arena, double, n);
+    for (int i = 0; i < n; i++) {
+        c->scale[i] = 1.0;
     }
-    return fastest;
+    create_obstacles(c, arena);
+    return c;
 }
 
-void contact_refresh(Contact *c, ContactView view, double dt, double fastest) {
-    double speed = fastest + obstacle_speed(c, dt);
-    if (c->path + speed * dt > c->slack || CONTACT_LEAST_NEAR_STEPS * speed * dt > c->near) {
-        make_list(c, view, speed, dt);
-    }
-    c->step = speed * dt;
-}
+/* ---- shared by both kinds of contact ---- */
 
-/* velocity of the obstacle at the contact point, from its last demanded motion */
-static Vec3 point_velocity(const Contact *c, const ContactPair *pair, double dt) {
-    if (!c->def->obstacles[pair->obstacle].moves) {
-        return vec3(0, 0, 0);
-    }
-    Vec3 moved =
-        pose_apply(c->next[pair->obstacle], pose_unapply(c->poses[pair->obstacle], pair->point));
-    return vec3_scale(1.0 / dt, vec3_sub(moved, pair->point));
-}
-
-static void demand_motion(Contact *c, double dt, double time_end) {
-    for (int o = 0; o < c->def->obstacle_count; o++) {
-        /* a clock that fell behind catches up, and may run backwards with its programme */
-        double behind = time_end - c->clocks[o];
-        double most = CONTACT_CATCH_UP * dt;
-        c->next_clocks[o] = c->clocks[o] + fmax(-most, fmin(most, behind));
-        c->next[o] = contact_pose(&c->def->obstacles[o], c->next_clocks[o]);
+void contact_push(Contact *c, ContactView view, int place, Vec3 force, double stiffness) {
+    const Lanes *lanes = view.lanes;
+    int slot = view.slot[place];
+    lanes->f[0][slot] += force.x, lanes->f[1][slot] += force.y, lanes->f[2][slot] += force.z;
+    c->stiff[place] += stiffness;
+    if (!c->is_touched[place]) {
+        c->is_touched[place] = 1;
+        c->touched[c->touched_count++] = place;
     }
 }
 
-static Vec3 friction_force(Contact *c, const ContactPair *pair, Vec3 sliding, double normal_force,
-                           double stiffness, double mass, double moved_for) {
-    int obstacles = c->def->obstacle_count;
-    double *memory =
-        c->bristles + 3 * ((size_t)pair->vertex * (size_t)obstacles + (size_t)pair->obstacle);
-    double own = c->def->obstacles[pair->obstacle].friction;
-    double limit = normal_force * (own >= 0.0 ? own : c->def->friction[pair->vertex]);
-    double kt = CONTACT_BRISTLE_SHARE * stiffness;
-    Vec3 t = vec3_axpy(vec3_load(memory), moved_for, sliding);
-    t = vec3_axpy(t, -vec3_dot(t, pair->normal), pair->normal);
+Vec3 contact_friction(Contact *c, Vec3 *bristle, Vec3 normal, Vec3 sliding, double share_dt,
+                      double limit, double kt, double mass) {
+    Vec3 t = vec3_axpy(*bristle, share_dt, sliding);
+    t = vec3_axpy(t, -vec3_dot(t, normal), normal);
     double pull = kt * vec3_length(t);
     if (pull > limit) {
         t = vec3_scale(limit / pull, t);
     }
-    vec3_store(memory, t);
+    *bristle = t;
     double ct = 2.0 * CONTACT_BRISTLE_DAMPING * sqrt(kt * mass);
     Vec3 force = vec3_axpy(vec3_scale(-kt, t), -ct, sliding);
     double size = vec3_length(force);
-    return size > limit && size > 0.0 ? vec3_scale(limit / size, force) : force;
+    force = size > limit && size > 0.0 ? vec3_scale(limit / size, force) : force;
+    c->statistics.friction -= vec3_dot(force, sliding) * share_dt;
+    return force;
 }
 
-static void pair_force(Contact *c, ContactView view, const ContactPair *pair, double dt,
-                       double share) {
-    const Lanes *lanes = view.lanes;
-    int slot = view.slot[pair->vertex];
-    double mass = c->def->mass[pair->vertex], k = CONTACT_STIFFNESS * mass / (dt * dt);
-    double force, curvature;
-    contact_law(pair->distance, c->def->distance, k, &force, &curvature);
-    Vec3 carried = point_velocity(c, pair, dt);
-    Vec3 v = vec3_sub(lane_load(lanes->v, slot), carried);
-    double vn = vec3_dot(v, pair->normal);
-    double damping = 2.0 * CONTACT_DAMPING * sqrt(k * mass);
-    double total = fmax(0.0, force - damping * vn);
-    Vec3 sliding = vec3_axpy(v, -vn, pair->normal);
-    Vec3 sum = vec3_scale(total, pair->normal);
-    sum = vec3_add(sum, friction_force(c, pair, sliding, total, k, mass, share * dt));
-    c->statistics.work += vec3_dot(sum, carried) * share * dt;
-    for (int a = 0; a < 3; a++) {
-        lanes->f[a][slot] += a == 0 ? sum.x : a == 1 ? sum.y : sum.z;
+void contact_clear_twins(Contact *c, int most) {
+    int wanted = 256;
+    while (wanted < 4 * most) {
+        wanted *= 2;
     }
-    double inertia = (curvature + damping / dt) * dt * dt / CONTACT_STABLE_SHARE;
-    double weight = inertia > mass ? 1.0 / inertia : c->weight_kept[pair->vertex];
-    lanes->weight[slot] = fmin(lanes->weight[slot], weight);
+    if (wanted > c->seen_room) {
+        c->seen = arena_push(c->arena, uint64_t, wanted);
+        c->seen_pair = arena_push(c->arena, int, wanted);
+        c->seen_room = wanted;
+    } else {
+        memset(c->seen, 0, (size_t)c->seen_room * sizeof *c->seen);
+    }
 }
 
-/* may the vertex be nearer than `near` by now? */
-static bool is_due(const Contact *c, const ContactPair *pair) { return c->path >= pair->due; }
+int contact_find_twin(Contact *c, uint64_t key, int index) {
+    uint64_t mask = (uint64_t)c->seen_room - 1, at = ((key + 1) * 0x9e3779b97f4a7c15ULL) >> 20;
+    for (;; at++) {
+        if (c->seen[at & mask] == 0) {
+            c->seen[at & mask] = key + 1;
+            c->seen_pair[at & mask] = index;
+            return -1;
+        }
+        if (c->seen[at & mask] == key + 1) {
+            return c->seen_pair[at & mask];
+        }
+    }
+}
+
+void contact_mark_changed(Contact *c, int place) {
+    if (!c->is_changed[place]) {
+        c->is_changed[place] = 1;
+        c->changed[c->changed_count++] = place;
+    }
+}
+
+void contact_shorten(Contact *c, int place, double share) {
+    contact_mark_changed(c, place);
+    c->scale[place] = fmin(c->scale[place], share);
+}
+
+/* ---- one interval ---- */
+
+void contact_begin(Contact *c, ContactView view, const ContactMemory *memory, double dt) {
+    size_t o = (size_t)c->def->obstacle_count;
+    memcpy(c->poses, memory->poses, o * sizeof *c->poses);
+    memcpy(c->next, memory->poses, o * sizeof *c->next);
+    memcpy(c->clocks, memory->clocks, o * sizeof *c->clocks);
+    memcpy(c->bristles, memory->bristles,
+           3 * o * (size_t)c->def->vertex_count * sizeof *c->bristles);
+    memset(c->obstacle_speed, 0, o * sizeof *c->obstacle_speed);
+    c->statistics = (ContactStatistics){.smallest_gap = INFINITY, .smallest_self_gap = INFINITY};
+    for (int i = 0; i < c->def->vertex_count; i++) {
+        c->weight_kept[i] = view.lanes->weight[view.slot[i]];
+    }
+    int touches = memory->touch_count;
+    memcpy(c->touch_memory, memory->pairs, (size_t)touches * sizeof *memory->pairs);
+    c->touch_memory_count = touches;
+    lists_clear(&c->lists, memory->pairs + touches, memory->pair_count - touches);
+    c->quiet = false;
+    if (c->def->self) {
+        self_begin(c, view, dt);
+    } else {
+        self_move_groups(c, view);
+    }
+    if (o > 0) {
+        obstacle_begin(c, view, dt);
+    }
+}
+
+void contact_end(const Contact *c, ContactMemory *memory) {
+    size_t o = (size_t)c->def->obstacle_count;
+    memcpy(memory->poses, c->poses, o * sizeof *c->poses);
+    memcpy(memory->clocks, c->clocks, o * sizeof *c->clocks);
+    memcpy(memory->bristles, c->bristles,
+           3 * o * (size_t)c->def->vertex_count * sizeof *c->bristles);
+    memory->approach = c->statistics.approach;
+    memory->touch_count = obstacle_remember(c, memory->pairs, memory->pair_room);
+    memory->pair_count =
+        memory->touch_count + lists_remember(&c->lists, memory->pairs + memory->touch_count,
+                                             memory->pair_room - memory->touch_count);
+}
 
 void contact_forces(Contact *c, ContactView view, double dt, double share, double time_end) {
-    demand_motion(c, dt, time_end);
-    for (int p = 0; p < c->pair_count; p++) {
-        ContactPair *pair = &c->pairs[p];
-        if (!is_due(c, pair)) {
-            continue;
-        }
-        pair_evaluate(c, view, pair);
-        pair->due = c->path + pair->distance - c->near;
-        c->statistics.smallest_gap = fmin(c->statistics.smallest_gap, pair->distance);
-        if (pair->distance < c->def->distance && !view.held[pair->vertex]) {
-            pair_force(c, view, pair, dt, share);
-        } else {
-            memset(c->bristles + 3 * ((size_t)pair->vertex * (size_t)c->def->obstacle_count +
-                                      (size_t)pair->obstacle),
-                   0, 3 * sizeof(double));
-        }
+    obstacle_demand(c, dt, time_end);
+    if (c->quiet) {
+        return;
+    }
+    c->lists.stamp++;
+    if (c->def->self) {
+        self_forces(c, view, dt, share);
+    }
+    if (c->def->obstacle_count > 0) {
+        obstacle_forces(c, view, dt, share);
+    }
+    for (int k = 0; k < c->touched_count; k++) {
+        int place = c->touched[k];
+        double inertia = c->stiff[place] * dt * dt / CONTACT_STABLE_SHARE;
+        double *weight = &view.lanes->weight[view.slot[place]];
+        *weight = inertia * c->weight_kept[place] > 1.0 ? 1.0 / inertia : c->weight_kept[place];
     }
 }
 
 void contact_clear(Contact *c, ContactView view) {
-    for (int p = 0; p < c->pair_count; p++) {
-        int slot = view.slot[c->pairs[p].vertex];
+    for (int k = 0; k < c->touched_count; k++) {
+        int place = c->touched[k], slot = view.slot[place];
         view.lanes->f[0][slot] = view.lanes->f[1][slot] = view.lanes->f[2][slot] = 0.0;
-        view.lanes->weight[slot] = c->weight_kept[c->pairs[p].vertex];
+        view.lanes->weight[slot] = c->weight_kept[place];
+        c->stiff[place] = 0.0;
+        c->is_touched[place] = 0;
+    }
+    c->touched_count = 0;
+}
+
+/* scales the motions that the planes cut */
+static void apply_scales(Contact *c, ContactView view) {
+    for (int k = 0; k < c->changed_count; k++) {
+        int place = c->changed[k];
+        if (c->scale[place] < 1.0) {
+            Vec3 v = contact_velocity(view, place), cut = vec3_scale(c->scale[place], v);
+            double lost = vec3_dot(v, v) - vec3_dot(cut, cut);
+            c->statistics.guard += 0.5 * c->def->mass[place] * lost;
+            c->statistics.truncations++;
+            contact_set_velocity(view, place, cut);
+            c->scale[place] = 1.0;
+        }
     }
 }
 
-/* inelastic impulse that keeps the gap out of the steep part of the law */
-static void pair_impulse(Contact *c, ContactView view, const ContactPair *pair, double dt) {
-    double floor = CONTACT_IMPULSE_GAP * c->def->distance;
-    Vec3 v = lane_load(view.lanes->v, view.slot[pair->vertex]);
-    double vn = vec3_dot(vec3_sub(v, point_velocity(c, pair, dt)), pair->normal);
-    double least = pair->distance > floor ? (floor - pair->distance) / dt : 0.0;
-    if (vn >= least || view.held[pair->vertex]) {
-        return;
-    }
-    c->statistics.impulses++;
-    lane_store(view.lanes->v, view.slot[pair->vertex], vec3_axpy(v, least - vn, pair->normal));
-}
-
-/* farthest that the moving obstacle reaches along the pair's normal, beyond the plane now */
-static double obstacle_demand(const Contact *c, const ContactPair *pair) {
-    const ContactObstacle *obstacle = &c->def->obstacles[pair->obstacle];
-    if (!obstacle->moves) {
-        return 0.0;
-    }
-    if (obstacle->solid.kind == SOLID_PLANE) {
-        Vec3 moved = pose_apply(c->next[pair->obstacle],
-                                pose_unapply(c->poses[pair->obstacle], pair->point));
-        return vec3_dot(pair->normal, vec3_sub(moved, pair->point));
-    }
-    Pose pose = c->next[pair->obstacle];
-    Vec3 local = quat_rotate(quat_inverse(pose.turn), pair->normal);
-    double reach = solid_support(&obstacle->solid, local) + vec3_dot(pair->normal, pose.shift);
-    return reach - vec3_dot(pair->normal, pair->point);
-}
-
-/* the vertex stays on its side of the plane, less what is reserved for the obstacle */
-static void pair_truncate(Contact *c, ContactView view, const ContactPair *pair, double dt) {
-    double reserve = fmax(0.0, fmin(obstacle_demand(c, pair), 0.5 * pair->distance));
-    double room =
-        CONTACT_PLANE_SHARE * (pair->distance - reserve - CONTACT_PLANE_FLOOR * c->def->distance);
-    int slot = view.slot[pair->vertex];
-    Vec3 v = lane_load(view.lanes->v, slot);
-    double approach = -dt * vec3_dot(v, pair->normal);
-    if (approach <= fmax(room, 0.0) || view.held[pair->vertex]) {
-        return;
-    }
-    c->statistics.truncations++;
-    lane_store(view.lanes->v, slot, vec3_scale(fmax(room, 0.0) / approach, v));
-}
-
-/* phi: the largest share of its demanded motion that keeps every near vertex separated */
-static void move_obstacles(Contact *c, ContactView view, double dt) {
+/* may this step be made without looking? */
+static bool stays_quiet(Contact *c, double dt, double fastest) {
+    double obstacles = 0.0;
     for (int o = 0; o < c->def->obstacle_count; o++) {
-        double phi = 1.0;
-        for (int p = 0; p < c->pair_count && c->def->obstacles[o].moves; p++) {
-            const ContactPair *pair = &c->pairs[p];
-            if (pair->obstacle != o || !is_due(c, pair)) {
-                continue;
-            }
-            double demand = obstacle_demand(c, pair);
-            Vec3 v = lane_load(view.lanes->v, view.slot[pair->vertex]);
-            double gap = pair->distance + dt * vec3_dot(v, pair->normal) -
-                         CONTACT_PLANE_FLOOR * c->def->distance;
-            if (demand > CONTACT_YIELD_SHARE * gap) {
-                phi = fmin(phi, fmax(0.0, CONTACT_YIELD_SHARE * gap / demand));
-            }
-        }
-        c->clocks[o] += phi * (c->next_clocks[o] - c->clocks[o]);
-        c->poses[o] = phi == 1.0 ? c->next[o] : contact_pose(&c->def->obstacles[o], c->clocks[o]);
+        obstacles = fmax(obstacles, c->obstacle_speed[o]);
     }
+    double motion = dt * (2.0 * fastest + obstacles);
+    if (!(c->quiet_path + motion < c->quiet_room)) {
+        return false;
+    }
+    c->quiet_path += motion;
+    return true;
 }
 
-void contact_guard(Contact *c, ContactView view, double dt) {
-    for (int p = 0; p < c->pair_count; p++) {
-        if (is_due(c, &c->pairs[p])) {
-            pair_impulse(c, view, &c->pairs[p], dt);
-        }
+static void leave_quiet(Contact *c) {
+    Lists *l = &c->lists;
+    l->spent += c->quiet_path;
+    for (int i = 0; i < l->group_pair_count; i++) {
+        l->group_pairs[i].path += c->quiet_path;
     }
-    for (int p = 0; p < c->pair_count; p++) {
-        if (is_due(c, &c->pairs[p])) {
-            pair_truncate(c, view, &c->pairs[p], dt);
-        }
+    for (int i = 0; i < c->surface.group_count * c->def->obstacle_count; i++) {
+        c->group_touches[i].path += c->quiet_path;
     }
-    move_obstacles(c, view, dt);
-    c->path += c->step;
+    c->due_count = c->due_touch_count = 0;
+    c->quiet = false;
 }
 
-double contact_energy(const Contact *c, ContactView view, double dt) {
-    double energy = 0.0;
-    for (int p = 0; p < c->pair_count; p++) {
-        ContactPair pair = c->pairs[p];
-        double force, curvature, k = CONTACT_STIFFNESS * c->def->mass[pair.vertex] / (dt * dt);
-        pair_evaluate(c, view, &pair);
-        energy += contact_law(pair.distance, c->def->distance, k, &force, &curvature);
-    }
-    return energy;
+static void settle(Contact *c) {
+    double room = c->def->self ? self_room(c) : INFINITY;
+    room = c->def->obstacle_count > 0 ? fmin(room, obstacle_room(c)) : room;
+    c->quiet = room > 0.0;
+    c->quiet_path = 0.0;
+    c->quiet_room = room;
 }
 
-double contact_smallest_gap(const Contact *c, ContactView view) {
-    double least = INFINITY;
-    for (int o = 0; o < c->def->obstacle_count; o++) {
+static void guard_all(Contact *c, ContactView view, double dt) {
+    bool self = c->def->self, obstacles = c->def->obstacle_count > 0;
+    if (self) {
+        self_refresh(c, view, dt);
+    } else {
+        self_move_groups(c, view);
+    }
+    if (obstacles) {
+        obstacle_refresh(c, view, dt);
+    }
+    if (self) {
+        self_impulses(c, view, dt);
+    }
+    if (obstacles) {
+        obstacle_impulses(c, view, dt);
+    }
+    bool again = true;
+    for (int round = 0; round < MOST_ROUNDS && again; round++) {
+        if (self) {
+            self_shorten(c, view, dt);
+        }
+        if (obstacles) {
+            obstacle_shorten(c, view, dt);
+        }
+        apply_scales(c, view);
+        again = c->changed_count > 0 && self && self_check(c, view, dt);
+        again = (c->changed_count > 0 && obstacles && obstacle_check(c, view, dt)) || again;
+    }
+    if (again) { /* standing still is always legal */
         for (int i = 0; i < c->def->vertex_count; i++) {
-            ContactPair pair = {.vertex = i, .obstacle = o};
-            if (c->def->mass[i] > 0.0) {
-                pair_evaluate(c, view, &pair);
-                least = fmin(least, pair.distance);
-            }
+            contact_shorten(c, i, 0.0);
         }
+        apply_scales(c, view);
+        self_move_groups(c, view);
+        obstacle_check(c, view, dt);
     }
-    return least;
+}
+
+void contact_guard(Contact *c, ContactView view, double dt, double fastest) {
+    if (c->quiet) {
+        if (stays_quiet(c, dt, fastest)) {
+            obstacle_move(c, view, dt);
+            return;
+        }
+        leave_quiet(c);
+    }
+    guard_all(c, view, dt);
+    if (c->def->obstacle_count > 0) {
+        obstacle_move(c, view, dt);
+        obstacle_advance(c, dt);
+    }
+    if (c->def->self) {
+        self_advance(c, dt);
+    }
+    for (int k = 0; k < c->changed_count; k++) {
+        c->is_changed[c->changed[k]] = 0;
+    }
+    c->changed_count = 0;
+    settle(c);
+}
+
+const ContactStatistics *contact_statistics(const Contact *c) { return &c->statistics; }
+
+double contact_energy(Contact *c, ContactView view, double dt) {
+    double energy = c->def->self ? self_energy(c, view, dt) : 0.0;
+    return energy + (c->def->obstacle_count > 0 ? obstacle_energy(c, view, dt) : 0.0);
 }

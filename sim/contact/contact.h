@@ -1,18 +1,22 @@
-/* contact.h: cloth against obstacles. Sees surface vertices only, never a cloth model.
+/* contact.h: cloth against obstacles, other cloth and itself. Sees surface vertices and
+ * triangles only, never a cloth model.
  *
- * One force law for both roads (explicit.md 3): with d the distance to an obstacle, dhat the
+ * One force law for both roads (explicit.md 3): with d the distance of two features, dhat the
  * contact distance and tau = dhat/2,
  *   E(d) = k/2 (dhat - d)^2                                          for d >= tau,
  *        = k tau (dhat - tau) log(tau/d) + k/2 (dhat - tau)^2        below (C2 at tau),
  * and a bristle for friction: t stretches with the relative tangential motion, |kt t| <= mu f.
- * The explicit road's last guard are separating planes: obstacles are convex, so the tangent
- * plane at the closest point parts them from a vertex; no vertex crosses it in a step.
- */
+ * The explicit road's last guard are separating planes: features are convex, so a plane between
+ * their closest points parts them, and no vertex leaves its side of any plane in a step.
+ *
+ * Obstacles are convex solids (sim/geom/solid.h); vertices, edges and triangles of the cloth
+ * meet their faces, edges and corners exactly. */
 #ifndef TOILE_CONTACT_CONTACT_H
 #define TOILE_CONTACT_CONTACT_H
 
 #include <stdbool.h>
 
+#include "sim/contact/lists.h"
 #include "sim/geom/lanes.h"
 #include "sim/geom/solid.h"
 #include "sim/scene/motion.h"
@@ -21,18 +25,23 @@ typedef struct ContactObstacle {
     Solid solid;
     Pose start;           /* at t = 0 */
     const Motion *motion; /* in world space, after `start` */
-    double friction;      /* negative: the vertex's own */
+    double friction;      /* negative: the cloth's own */
     bool moves;
 } ContactObstacle;
 
 typedef struct ContactDef {
-    double distance;       /* [m] dhat */
+    double distance;       /* [m] largest contact distance of any cloth */
     double reference_step; /* [s] the explicit stability limit: sets the implicit stiffness */
+    bool self;             /* cloth meets itself and other cloth */
     int obstacle_count;
     const ContactObstacle *obstacles;
-    int vertex_count;
-    const double *mass;     /* [kg] (vertex_count); 0: never in contact (ghosts) */
-    const double *friction; /* (vertex_count) of the fabric */
+    int panel_count;
+    const SurfacePanel *panels; /* (panel_count) one per cloth */
+    int vertex_count;           /* places, ghosts among them */
+    const double *mass;         /* [kg] (vertex_count); 0: never in contact (ghosts) */
+    const double *friction;     /* (vertex_count) of the fabric */
+    const double *vertex_distance; /* [m] (vertex_count) contact distance */
+    const double *start;           /* [m] (vertex_count x 3) positions at t = 0 */
 } ContactDef;
 
 /* Positions, velocities and forces of the vertices in lanes: vertex i has slot[i]. */
@@ -42,37 +51,31 @@ typedef struct ContactView {
     const unsigned char *held; /* (vertex_count) 1: moved by a handle, not by forces */
 } ContactView;
 
-/* One vertex near one obstacle, as evaluated at the start of the step. */
-typedef struct ContactPair {
-    int vertex, obstacle;
-    double distance; /* [m] */
-    Vec3 normal;     /* from the obstacle to the vertex */
-    Vec3 point;      /* closest point of the obstacle */
-    double due;      /* [m] path at which it can be near at the earliest; until then it is neither
-                   evaluated nor guarded */
-} ContactPair;
-
 typedef struct ContactStatistics {
-    double smallest_gap, truncations, impulses, rebuilds;
-    double work; /* [J] done on the cloth by moving obstacles */
+    double smallest_gap, smallest_self_gap; /* [m] to obstacles; of cloth to cloth */
+    double truncations, impulses, rebuilds;
+    double pairs, evaluations; /* summed over steps: listed, looked at */
+    double work;               /* [J] done on the cloth by moving obstacles */
+    double friction, damping, guard; /* [J] taken out of the cloth */
+    double approach;           /* [m/s] fastest approach of a near pair */
 } ContactStatistics;
 
-typedef struct Contact {
-    const ContactDef *def;
-    ContactPair *pairs; /* (vertex_count x obstacle_count at most) */
-    int pair_count;
-    double near, slack; /* [m] pairs not in the list are at least near + slack - path away */
-    double path, step;  /* [m] longest possible motion since the list was made, in this step */
-    Pose *poses;        /* (obstacle_count) now */
-    Pose *next;         /* (obstacle_count) demanded at the end of the step */
-    double *clocks;     /* [s] (obstacle_count) */
-    double *next_clocks;
-    double *bristles;    /* [m] (vertex_count x obstacle_count x 3) */
-    double *weight_kept; /* [1/kg] (vertex_count) lanes weight without contact */
-    ContactStatistics statistics;
-} Contact;
+typedef struct Contact Contact;
 
-Contact contact_create(const ContactDef *def, Arena *arena);
+/* What a contact keeps from one interval to the next. */
+typedef struct ContactMemory {
+    Pose *poses;         /* (obstacle_count) where the obstacles are */
+    double *clocks;      /* [s] (obstacle_count) time in each obstacle's own programme */
+    double *bristles;    /* [m] (vertex_count x obstacle_count x 3) of vertices at obstacles */
+    PairMemory *pairs;   /* (pair_room) all other bristles: touch_count at obstacles, then cloth */
+    int touch_count, pair_count, pair_room;
+    double approach; /* [m/s] fastest of a near pair in the last interval */
+} ContactMemory;
+
+/* Places for pairs of this many per vertex; more bristles than that are forgotten. */
+#define CONTACT_MEMORY_PER_VERTEX 6
+
+Contact *contact_create(const ContactDef *def, Arena *arena);
 
 /* The pose of an obstacle whose programme stands at `clock` [s]. */
 Pose contact_pose(const ContactObstacle *obstacle, double clock);
@@ -90,30 +93,27 @@ double contact_law(double distance, double dhat, double k, double *force, double
 void contact_at_vertex(const ContactDef *def, const Pose *poses, int vertex, Vec3 x, Vec3 moved,
                        const double *bristles, double *force, double *block, double *next_bristles);
 /* [m] how far a vertex at that distance may approach in one iteration. */
-double contact_room(const ContactDef *def, double distance);
+double contact_room(double dhat, double distance);
 
-/* ---- explicit road: forces, kick, clear, refresh, guard, drift ---- */
+/* ---- explicit road: begin, then per step: forces, kick, clear, guard, drift; end ---- */
 
-/* Takes over poses, clocks and bristles, and makes the list. `fastest` [m/s] of any vertex. */
-void contact_begin(Contact *contact, ContactView view, const Pose *poses, const double *clocks,
-                   const double *bristles, double fastest, double dt);
+/* Takes over memory and makes the lists. */
+void contact_begin(Contact *contact, ContactView view, const ContactMemory *memory, double dt);
 /* Adds forces to lanes->f and inertia to lanes->weight. dt: the step, which sets the stiffness;
  * `share`: of the step that the kick will take (1, or 1/2 at the ends of an interval);
  * `time_end`: of this step, where the obstacles want to be. */
 void contact_forces(Contact *contact, ContactView view, double dt, double share, double time_end);
 /* After the kick: takes the forces of this step back out of lanes->f and lanes->weight. */
 void contact_clear(Contact *contact, ContactView view);
-/* Makes the list again when the speed after the kick, `fastest` [m/s], could carry a vertex from
- * outside the list into contact. */
-void contact_refresh(Contact *contact, ContactView view, double dt, double fastest);
-/* Changes velocities so that no vertex crosses an obstacle in x += dt v, and moves the
- * obstacles as far as the cloth lets them. */
-void contact_guard(Contact *contact, ContactView view, double dt);
+/* Changes velocities so that nothing crosses in x += dt v, and moves the obstacles as far as the
+ * cloth lets them. `fastest` [m/s]: no vertex is faster. */
+void contact_guard(Contact *contact, ContactView view, double dt, double fastest);
+/* Writes what the next interval needs. */
+void contact_end(const Contact *contact, ContactMemory *memory);
 
-/* [J] stored in contacts at lanes->x with stiffness kappa m / dt^2. */
-double contact_energy(const Contact *contact, ContactView view, double dt);
+const ContactStatistics *contact_statistics(const Contact *contact);
 
-/* Smallest distance of any vertex from any obstacle [m]. */
-double contact_smallest_gap(const Contact *contact, ContactView view);
+/* [J] stored in contacts at lanes->x for a step of dt. */
+double contact_energy(Contact *contact, ContactView view, double dt);
 
 #endif

@@ -47,12 +47,12 @@ void contact_at_vertex(const ContactDef *def, const Pose *poses, int vertex, Vec
         if (next_bristles) {
             memset(next_bristles + 3 * o, 0, 3 * sizeof(double));
         }
-        if (distance >= def->distance) {
+        if (distance >= def->vertex_distance[vertex]) {
             continue;
         }
         Vec3 normal = quat_rotate(poses[o].turn, local);
         double n[3] = {normal.x, normal.y, normal.z};
-        contact_law(distance, def->distance, k, &push, &curvature);
+        contact_law(distance, def->vertex_distance[vertex], k, &push, &curvature);
         for (int c = 0; c < 3 && force; c++) {
             force[c] += push * n[c];
         }

@@ -29,7 +29,8 @@ ObstacleDef obstacle_default(void) {
 }
 
 SolverDef solver_default(void) {
-    return (SolverDef){.stepper = "auto", .newton_iterations = 2, .courant = 0.8};
+    return (SolverDef){
+        .stepper = "auto", .newton_iterations = 2, .courant = 0.8, .self_contact = true};
 }
 
 Scene scene_default(void) {
@@ -66,7 +67,9 @@ static const Field solver_fields[] = {
      .help = "explicit step / its stability limit"},
     {"contact_distance", FIELD_NUMBER, offsetof(SolverDef, contact_distance), .unit = "m",
      .min = 1e-6, .max = 0.1, .word = "auto", .word_value = 0.0,
-     .help = "distance kept from obstacles; auto: from the thickness"},
+     .help = "distance kept between cloth and obstacles or cloth; auto: from the thickness"},
+    {"self_contact", FIELD_BOOL, offsetof(SolverDef, self_contact),
+     .help = "cloth meets itself and other cloth"},
     {0}};
 static const Schema solver_schema = {.name = "solver",
                                      .help = "numerical choices",

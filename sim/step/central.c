@@ -22,23 +22,31 @@ static bool create(const System *system, void **data, Error *error) {
     return true;
 }
 
-/* can anything come near an obstacle within the interval? */
-static double contact_step(const System *system, const State *state, double interval) {
-    double fastest = 0.0, gravity = vec3_length(system->scene->gravity);
-    for (int i = 0; i < system->place_count; i++) {
-        fastest = fmax(fastest, vec3_length(vec3_load(state->v + 3 * i)));
-    }
-    double speed = fastest + gravity * interval;
-    bool possible = false;
+/* [m/s] how fast a vertex that can reach an obstacle within the interval goes for it */
+static double approach_speed(const System *system, const State *state, double interval) {
+    double fastest = 0.0, gain = vec3_length(system->scene->gravity) * interval;
     for (int o = 0; o < system->contact.obstacle_count; o++) {
         const ContactObstacle *obstacle = &system->contact.obstacles[o];
-        for (int i = 0; i < system->place_count && !possible; i++) {
-            Vec3 normal, p = pose_unapply(state->poses[o], vec3_load(state->x + 3 * i));
+        Pose now = state->contact.poses[o];
+        Pose next = contact_pose(obstacle, state->contact.clocks[o] + interval);
+        for (int i = 0; i < system->place_count; i++) {
+            Vec3 normal, x = vec3_load(state->x + 3 * i), p = pose_unapply(now, x);
             double distance = solid_distance(&obstacle->solid, p, &normal);
-            possible = obstacle->moves || distance < speed * interval + system->contact_distance;
+            Vec3 carried = vec3_sub(pose_apply(next, p), x);
+            Vec3 v = vec3_axpy(vec3_load(state->v + 3 * i), -1.0 / interval, carried);
+            double speed = gain - vec3_dot(v, quat_rotate(now.turn, normal));
+            if (distance < speed * interval + system->contact.distance) {
+                fastest = fmax(fastest, speed);
+            }
         }
     }
-    return possible ? CONTACT_COURANT * system->contact_distance / fmax(speed, 1e-9) : INFINITY;
+    return fastest;
+}
+
+/* impacts are stopped by the law when nothing comes nearer in a step than a share of its range */
+static double contact_step(const System *system, const State *state, double interval) {
+    double speed = fmax(state->contact.approach, approach_speed(system, state, interval));
+    return CONTACT_COURANT * system->contact.distance / fmax(speed, 1e-9);
 }
 
 static bool gained_too_much(const ExplicitResult *result) {
@@ -55,8 +63,16 @@ static void record(const System *system, const State *state, const ExplicitRun *
     s->truncations += result->contact.truncations;
     s->impulses += result->contact.impulses;
     s->smallest_gap = fmin(s->smallest_gap, result->contact.smallest_gap);
+    s->smallest_self_gap = fmin(s->smallest_self_gap, result->contact.smallest_self_gap);
+    s->pairs = result->contact.pairs / result->steps;
+    s->evaluations = result->contact.evaluations / result->steps;
+    s->rebuilds += result->contact.rebuilds;
+    s->friction += result->contact.friction;
+    s->damping += result->contact.damping;
+    s->guard += result->contact.guard;
+    s->approach = result->contact.approach;
     for (int o = 0; o < system->contact.obstacle_count; o++) {
-        s->lag = fmax(s->lag, state->time - state->clocks[o]);
+        s->lag = fmax(s->lag, state->time - state->contact.clocks[o]);
     }
 }
 

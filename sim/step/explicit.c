@@ -34,8 +34,7 @@ struct Explicit {
     Placed *placed;   /* (handle_count) what the targets are made of */
     bool targets_known;
     double *v_held; /* [m/s] (place_count x 3) of held places before a kick */
-    Contact contact;
-    bool has_contact;
+    Contact *contact; /* NULL: nothing can touch */
     double limit; /* [s] */
 };
 
@@ -105,8 +104,7 @@ Explicit *explicit_create(const System *system) {
     e->placed = arena_push(system->arena, Placed, system->handle_count);
     e->held_places = arena_push(system->arena, int, system->place_count);
     e->held = arena_push(system->arena, unsigned char, system->place_count);
-    e->has_contact = system->contact.obstacle_count > 0;
-    if (e->has_contact) {
+    if (system_has_contact(system)) {
         e->contact = contact_create(&system->contact, system->arena);
     }
     e->limit = system_stable_step(system);
@@ -356,20 +354,19 @@ static ContactView view_of(Explicit *e) { return (ContactView){&e->lanes, e->slo
 
 /* one kick, with the contacts of this instant */
 static void kick_with_contact(Explicit *e, double dt, double share, double time_end) {
-    if (e->has_contact) {
-        contact_forces(&e->contact, view_of(e), dt, share, time_end);
+    if (e->contact) {
+        contact_forces(e->contact, view_of(e), dt, share, time_end);
     }
     kick(e, share * dt);
-    if (e->has_contact) {
-        contact_clear(&e->contact, view_of(e));
+    if (e->contact) {
+        contact_clear(e->contact, view_of(e));
     }
 }
 
 /* drift that crosses nothing */
 static double guarded_drift(Explicit *e, double dt) {
-    if (e->has_contact) {
-        contact_refresh(&e->contact, view_of(e), dt, fastest_now(e));
-        contact_guard(&e->contact, view_of(e), dt);
+    if (e->contact) {
+        contact_guard(e->contact, view_of(e), dt, fastest_now(e));
     }
     return drift(e, dt);
 }
@@ -420,7 +417,7 @@ static double total_energy(Explicit *e, double dt, const State *state, double *s
     double kinetic = system_kinetic_energy(e->system, state->v, e->held);
     double elastic = system_elastic_energy(e->system, state->x);
     double gravity = system_gravity_energy(e->system, state->x, e->held);
-    *contact = e->has_contact ? contact_energy(&e->contact, view_of(e), dt) : 0.0;
+    *contact = e->contact ? contact_energy(e->contact, view_of(e), dt) : 0.0;
     *scale = fmax(*scale, kinetic + elastic + *contact);
     return kinetic + elastic + gravity + *contact;
 }
@@ -435,12 +432,8 @@ static void store(Explicit *e, State *state, double time_end) {
             state->v[3 * i + a] = e->v_held[3 * i + a];
         }
     }
-    if (e->has_contact) {
-        size_t o = (size_t)e->contact.def->obstacle_count;
-        memcpy(state->poses, e->contact.poses, o * sizeof(Pose));
-        memcpy(state->clocks, e->contact.clocks, o * sizeof(double));
-        memcpy(state->bristles, e->contact.bristles,
-               3 * o * (size_t)e->system->place_count * sizeof(double));
+    if (e->contact) {
+        contact_end(e->contact, &state->contact);
     }
 }
 
@@ -455,13 +448,11 @@ static void mark_held(Explicit *e, double time) {
 }
 
 ExplicitResult explicit_interval(Explicit *e, const ExplicitRun *run, State *state) {
-    ExplicitResult result = {.contact = {.smallest_gap = INFINITY}};
+    ExplicitResult result = {.contact = {.smallest_gap = INFINITY, .smallest_self_gap = INFINITY}};
     load(e, state);
     mark_held(e, state->time);
-    if (e->has_contact) {
-        double fastest = fastest_now(e);
-        contact_begin(&e->contact, view_of(e), state->poses, state->clocks, state->bristles,
-                      fastest, run->dt);
+    if (e->contact) {
+        contact_begin(e->contact, view_of(e), &state->contact, run->dt);
     }
     double contact, before = total_energy(e, run->dt, state, &result.energy_scale, &contact);
     memcpy(e->v_held, state->v, 3 * (size_t)e->system->place_count * sizeof *e->v_held);
@@ -471,8 +462,8 @@ ExplicitResult explicit_interval(Explicit *e, const ExplicitRun *run, State *sta
     double after = total_energy(e, run->dt, state, &result.energy_scale, &result.contact_energy);
     result.energy_gain = after - before;
     result.finite = isfinite(after) && isfinite(result.fastest);
-    if (e->has_contact) {
-        result.contact = e->contact.statistics;
+    if (e->contact) {
+        result.contact = *contact_statistics(e->contact);
         result.work += result.contact.work;
     }
     return result;

@@ -193,7 +193,7 @@ static bool advance(const System *system, void *data, State *state, double time_
     }
     state->time = time_end;
     for (int o = 0; o < system->contact.obstacle_count; o++) {
-        state->clocks[o] = time_end;
+        state->contact.clocks[o] = time_end;
     }
     return true;
 }

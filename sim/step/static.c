@@ -114,8 +114,8 @@ static bool advance(const System *system, void *data, State *state, double time_
     state_copy(system, &s->trial, state);
     s->trial.time = time_end;
     for (int o = 0; o < system->contact.obstacle_count; o++) {
-        s->trial.clocks[o] = time_end;
-        s->trial.poses[o] = contact_pose(&system->contact.obstacles[o], time_end);
+        s->trial.contact.clocks[o] = time_end;
+        s->trial.contact.poses[o] = contact_pose(&system->contact.obstacles[o], time_end);
     }
     system_mark_held(system, time_end, s->held);
     system_place_held(system, time_end, s->trial.x);

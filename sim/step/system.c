@@ -5,10 +5,12 @@
 
 const char statistic_names[] =
     "steps\nretries\nstep_length\nnewton_iterations\nfactorisations\nresidual\n"
-    "kinetic\nelastic\ngravity\ncontact\nwork\nsmallest_gap\ntruncations\nimpulses\nlag\ncpu\n";
+    "kinetic\nelastic\ngravity\ncontact\nwork\nsmallest_gap\nsmallest_self_gap\ntruncations\n"
+    "impulses\nlag\npairs\nevaluations\nrebuilds\nfriction\ndamping\nguard\napproach\ncpu\n";
 
 /* [m] skin beside half the cloth's thickness on either side; below it contact needs tiny steps */
 #define LEAST_CONTACT_DISTANCE 1e-3
+#define CONTACT_SPACING_SHARE 0.25 /* largest contact distance / spacing of a lattice */
 #define STANDARD_GRAVITY 9.80665 /* [m/s2] for the weight scale of a scene without gravity */
 
 static bool create_cloths(System *system, uint64_t seed, Error *error) {
@@ -71,16 +73,53 @@ static void create_obstacles(System *system) {
         obstacles[o] = (ContactObstacle){def->solid, def->pose, &def->motion, def->friction,
                                          def->motion.piece_count > 0};
     }
-    double thickest = 0.0;
-    for (int c = 0; c < system->cloth_count; c++) {
-        thickest = fmax(thickest, system->cloths[c].material.thickness);
-    }
-    system->contact_distance = scene->solver.contact_distance > 0.0
-                                   ? scene->solver.contact_distance
-                                   : fmax(LEAST_CONTACT_DISTANCE, thickest);
-    system->contact.distance = system->contact_distance;
     system->contact.obstacle_count = scene->obstacle_count;
     system->contact.obstacles = obstacles;
+}
+
+/* [m] from the fabric or the scene; on a lattice below the spacing, or neighbours would push */
+static double contact_distance(const System *system, const Cloth *cloth) {
+    double wished = system->scene->solver.contact_distance;
+    double distance =
+        wished > 0.0 ? wished : fmax(LEAST_CONTACT_DISTANCE, cloth->material.thickness);
+    double spacing = fmin(cloth->panel.h1, cloth->panel.h2);
+    return fmin(distance, CONTACT_SPACING_SHARE * spacing);
+}
+
+static void create_surfaces(System *system) {
+    SurfacePanel *panels = arena_push(system->arena, SurfacePanel, system->cloth_count);
+    double *distance = arena_push(system->arena, double, system->place_count);
+    double *start = arena_push(system->arena, double, 3 * system->place_count);
+    for (int c = 0; c < system->cloth_count; c++) {
+        const Cloth *cloth = &system->cloths[c];
+        const Panel *p = &cloth->panel;
+        int first = system->first[c];
+        panels[c] = (SurfacePanel){.first = first,
+                                   .vertex_count = cloth->node_count,
+                                   .triangle_count = p->triangle_count,
+                                   .triangles = p->triangles,
+                                   .material = p->material,
+                                   .nu = p->nu,
+                                   .nv = p->nv,
+                                   .wrap = p->wrap,
+                                   .h1 = p->h1,
+                                   .h2 = p->h2,
+                                   .distance = contact_distance(system, cloth)};
+        cloth_start(cloth, start + 3 * (size_t)first);
+        for (int i = first; i < system->first[c + 1]; i++) {
+            distance[i] = panels[c].distance;
+        }
+        system->contact.distance = fmax(system->contact.distance, panels[c].distance);
+    }
+    system->contact.self = system->scene->solver.self_contact;
+    system->contact.panel_count = system->cloth_count;
+    system->contact.panels = panels;
+    system->contact.vertex_distance = distance;
+    system->contact.start = start;
+}
+
+bool system_has_contact(const System *system) {
+    return system->contact.self || system->contact.obstacle_count > 0;
 }
 
 /* a clamp takes the ghosts of its border nodes along */
@@ -160,6 +199,7 @@ bool system_create(System *system, const Scene *scene, uint64_t seed, Arena *are
     }
     fill_places(system);
     create_obstacles(system);
+    create_surfaces(system);
     if (scene->obstacle_count > 0) {
         system->contact.reference_step = system_stable_step(system);
     }
@@ -168,13 +208,16 @@ bool system_create(System *system, const Scene *scene, uint64_t seed, Arena *are
 
 State state_allocate(const System *system, Arena *arena) {
     int n = 3 * system->place_count, o = system->contact.obstacle_count;
+    int pairs = system_has_contact(system) ? CONTACT_MEMORY_PER_VERTEX * system->node_count : 0;
     return (State){.x = arena_push(arena, double, n),
                    .v = arena_push(arena, double, n),
                    .x_before = arena_push(arena, double, n),
                    .v_before = arena_push(arena, double, n),
-                   .poses = arena_push(arena, Pose, o),
-                   .clocks = arena_push(arena, double, o),
-                   .bristles = arena_push(arena, double, n *o)};
+                   .contact = {.poses = arena_push(arena, Pose, o),
+                               .clocks = arena_push(arena, double, o),
+                               .bristles = arena_push(arena, double, n *o),
+                               .pairs = arena_push(arena, PairMemory, pairs),
+                               .pair_room = pairs}};
 }
 
 void state_copy(const System *system, State *to, const State *from) {
@@ -185,9 +228,14 @@ void state_copy(const System *system, State *to, const State *from) {
     memcpy(to->v, from->v, n * sizeof *to->v);
     memcpy(to->x_before, from->x_before, n * sizeof *to->x);
     memcpy(to->v_before, from->v_before, n * sizeof *to->x);
-    memcpy(to->poses, from->poses, o * sizeof *to->poses);
-    memcpy(to->clocks, from->clocks, o * sizeof *to->clocks);
-    memcpy(to->bristles, from->bristles, n * o * sizeof *to->bristles);
+    memcpy(to->contact.poses, from->contact.poses, o * sizeof *to->contact.poses);
+    memcpy(to->contact.clocks, from->contact.clocks, o * sizeof *to->contact.clocks);
+    memcpy(to->contact.bristles, from->contact.bristles, n * o * sizeof *to->contact.bristles);
+    to->contact.approach = from->contact.approach;
+    to->contact.touch_count = from->contact.touch_count;
+    to->contact.pair_count = from->contact.pair_count;
+    memcpy(to->contact.pairs, from->contact.pairs,
+           (size_t)from->contact.pair_count * sizeof *to->contact.pairs);
 }
 
 void state_start(const System *system, State *state) {
@@ -202,8 +250,8 @@ void state_start(const System *system, State *state) {
         }
     }
     for (int o = 0; o < system->contact.obstacle_count; o++) {
-        state->poses[o] = contact_pose(&system->contact.obstacles[o], 0.0);
-        state->clocks[o] = 0.0;
+        state->contact.poses[o] = contact_pose(&system->contact.obstacles[o], 0.0);
+        state->contact.clocks[o] = 0.0;
     }
     for (int h = 0; h < system->handle_count; h++) {
         for (int i = 0; i < system->handles[h].count; i++) {

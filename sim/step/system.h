@@ -28,11 +28,12 @@ typedef struct System {
     double *mass;            /* [kg] (place_count); 0 for ghosts */
     double *area;            /* [m2] (place_count) */
     double *damping;         /* [1/s] (place_count) mass damping of the cloth plus drag / density */
-    double contact_distance; /* [m] kept between cloth and obstacles */
     double weight;           /* [N] of all cloth, the force that tolerances refer to */
     double size;             /* [m] diagonal of the start positions, the length they refer to */
     ContactDef contact;      /* obstacles, friction, distance; see contact.h */
 } System;
+
+bool system_has_contact(const System *system);
 
 /* What changes. Copied before a step is tried, so that a bad step can be taken back. */
 typedef struct State {
@@ -41,9 +42,7 @@ typedef struct State {
     double *x_before; /* BDF2: one step earlier; valid when step_before > 0 */
     double *v_before;
     double step_before; /* [s] length of the last implicit step; 0: none yet */
-    Pose *poses;        /* (obstacle_count) where the obstacles are */
-    double *clocks;     /* [s] (obstacle_count) time in each obstacle's own programme */
-    double *bristles;   /* [m] (place_count x obstacle_count x 3) friction memory, NULL without */
+    ContactMemory contact;
 } State;
 
 /* What happened in one frame; names in statistic_names. */
@@ -51,8 +50,12 @@ typedef struct Statistics {
     double steps, retries, step_length, newton_iterations, factorisations, residual;
     double kinetic, elastic, gravity, contact; /* [J] at the end of the frame */
     double work;                               /* [J] done by handles during the frame */
-    double smallest_gap;                       /* [m] to obstacles; INFINITY when none was near */
+    double smallest_gap, smallest_self_gap;    /* [m] to obstacles, of cloth to cloth; INFINITY
+                                                  when none was near */
     double truncations, impulses, lag;         /* guard; lag [s] of the slowest obstacle */
+    double pairs, evaluations, rebuilds;       /* listed and looked at (mean of a step); searches */
+    double friction, damping, guard;           /* [J] taken out of the cloth in the frame */
+    double approach;                           /* [m/s] fastest of a near pair */
     double cpu;                                /* [s] process time of the frame */
 } Statistics;
 #define STATISTIC_COUNT ((int)(sizeof(Statistics) / sizeof(double)))

@@ -1,0 +1,145 @@
+/* engine.h: what the files of the explicit contact share. Not for others. */
+#ifndef TOILE_CONTACT_ENGINE_H
+#define TOILE_CONTACT_ENGINE_H
+
+#include <stdint.h>
+
+#include "sim/base/error.h"
+#include "sim/contact/constants.h"
+#include "sim/contact/contact.h"
+
+/* How a group moves in this step. */
+typedef struct GroupMotion {
+    Vec3 velocity;    /* [m/s] of its middle */
+    double deviation; /* [m/s] largest of any of its vertices from that */
+} GroupMotion;
+
+/* A vertex (place[1] < 0) or a triangle at an obstacle. */
+typedef struct Touch {
+    int obstacle, owner; /* owner: which group at which obstacle */
+    int place[3];
+    double distance; /* [m] */
+    Vec3 normal;     /* from the obstacle to the cloth */
+    Vec3 point;      /* closest point of the obstacle */
+    double weight[3];
+    int feature; /* corners that hold the closest point of the cloth */
+    Vec3 bristle;
+} Touch;
+
+/* A group at an obstacle: the same rules as for a GroupPair. */
+typedef struct GroupTouch {
+    double path, limit, near, speed;
+} GroupTouch;
+
+/* Distance and normal of a vertex at an obstacle, kept while positions stay. */
+typedef struct VertexDistance {
+    long stamp;
+    double distance;
+    Vec3 normal;
+} VertexDistance;
+
+struct Contact {
+    const ContactDef *def;
+    Arena *arena;
+    Surface surface;
+    Lists lists;
+    GroupMotion *motion;      /* (group_count) */
+    int *vertex_group_begin;  /* (vertex_count + 1) */
+    int *vertex_groups;       /* groups of every vertex */
+    unsigned char *wanted;    /* (group_pair_room) group pairs to be searched */
+    int wanted_room;
+    int *due_pairs;           /* pairs evaluated in this step */
+    int due_count, due_room;
+    uint64_t *seen;           /* hash set of contacts that already gave a force */
+    int seen_room;
+    int *seen_pair;
+    double *stiff;            /* [N/m] (vertex_count) sum of contact stiffness, see CONTACT_STABLE_SHARE */
+    int *touched;             /* vertices with forces in this step */
+    unsigned char *is_touched;
+    int touched_count;
+    double *scale;            /* (vertex_count) share of a motion that the planes leave */
+    int *changed;             /* vertices whose velocity the guard changed */
+    unsigned char *is_changed;
+    int changed_count;
+    double level_step;        /* [m] how much nearer any two groups come in this step, at most */
+    double *weight_kept;      /* [1/kg] (vertex_count) lanes weight without contact */
+    double *panel_mass;       /* [kg] (panel_count) mean of a node */
+    int *panel_of;            /* (vertex_count) */
+    /* obstacles */
+    GroupTouch *group_touches; /* (group_count x obstacle_count) */
+    Touch *touches;
+    double *touch_due;
+    int touch_count, touch_room;
+    int *due_touches;
+    int due_touch_count;
+    VertexDistance *distances; /* (vertex_count x obstacle_count) */
+    Pose *poses, *next;        /* (obstacle_count) now; demanded at the end of the step */
+    double *clocks, *next_clocks, *obstacle_speed;
+    double *bristles;          /* [m] (vertex_count x obstacle_count x 3) */
+    PairMemory *touch_memory;  /* bristles of edges and faces at obstacles from the last interval */
+    int touch_memory_count, touch_memory_room;
+    /* nothing near anything: only this much motion is counted */
+    bool quiet;
+    double quiet_path, quiet_room; /* [m] */
+    ContactStatistics statistics;
+};
+
+static inline Points contact_positions(ContactView view) {
+    return (Points){{view.lanes->x[0], view.lanes->x[1], view.lanes->x[2]}, 1, view.slot};
+}
+static inline Vec3 contact_velocity(ContactView view, int place) {
+    int s = view.slot[place];
+    return vec3(view.lanes->v[0][s], view.lanes->v[1][s], view.lanes->v[2][s]);
+}
+static inline void contact_set_velocity(ContactView view, int place, Vec3 v) {
+    int s = view.slot[place];
+    view.lanes->v[0][s] = v.x, view.lanes->v[1][s] = v.y, view.lanes->v[2][s] = v.z;
+}
+/* [1/kg] 0 for a vertex that a handle moves */
+static inline double contact_mobility(const Contact *c, ContactView view, int place) {
+    return view.held[place] ? 0.0 : c->weight_kept[place];
+}
+
+/* Adds a force and its stiffness (for the inertia of the kick) to a vertex. */
+void contact_push(Contact *c, ContactView view, int place, Vec3 force, double stiffness);
+/* The bristle moves by `moved`, is cut to `limit` and answers with a force. Adds to the energy
+ * that friction took (sliding: relative velocity). */
+Vec3 contact_friction(Contact *c, Vec3 *bristle, Vec3 normal, Vec3 sliding, double share_dt,
+                      double limit, double kt, double mass);
+/* The index that came first with this key since contact_clear_twins, or -1: `index` is the first. */
+int contact_find_twin(Contact *c, uint64_t key, int index);
+void contact_clear_twins(Contact *c, int most);
+/* Notes a motion that must shrink to `share`. */
+void contact_shorten(Contact *c, int place, double share);
+void contact_mark_changed(Contact *c, int place);
+
+/* self.c: cloth with cloth */
+void self_move_groups(Contact *c, ContactView view);
+void self_begin(Contact *c, ContactView view, double dt);
+void self_forces(Contact *c, ContactView view, double dt, double share);
+void self_refresh(Contact *c, ContactView view, double dt);
+void self_impulses(Contact *c, ContactView view, double dt);
+void self_shorten(Contact *c, ContactView view, double dt);
+/* After the velocities were changed: looks for pairs that may now meet. True: shorten again. */
+bool self_check(Contact *c, ContactView view, double dt);
+void self_advance(Contact *c, double dt);
+double self_energy(Contact *c, ContactView view, double dt);
+/* [m] motion of two vertices together until something could be near; 0: something is listed */
+double self_room(const Contact *c);
+
+/* obstacle.c: cloth with obstacles */
+void obstacle_begin(Contact *c, ContactView view, double dt);
+void obstacle_demand(Contact *c, double dt, double time_end);
+void obstacle_forces(Contact *c, ContactView view, double dt, double share);
+void obstacle_refresh(Contact *c, ContactView view, double dt);
+void obstacle_impulses(Contact *c, ContactView view, double dt);
+void obstacle_shorten(Contact *c, ContactView view, double dt);
+void obstacle_move(Contact *c, ContactView view, double dt);
+void obstacle_advance(Contact *c, double dt);
+bool obstacle_check(Contact *c, ContactView view, double dt);
+double obstacle_energy(const Contact *c, ContactView view, double dt);
+double obstacle_room(const Contact *c);
+void obstacle_restore(Contact *c, int first); /* kept bristles to the touches from `first` on */
+int obstacle_remember(const Contact *c, PairMemory *memory, int room);
+
+#endif

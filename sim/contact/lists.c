@@ -1,0 +1,486 @@
+#include "sim/contact/lists.h"
+
+#include <math.h>
+#include <stdint.h>
+#include <string.h>
+
+#include "sim/contact/constants.h"
+
+Lists lists_create(const Surface *surface, const double *start, Arena *arena) {
+    Lists l = {.surface = surface, .arena = arena, .stamp = 1};
+    l.bounds = arena_push(arena, GroupBounds, surface->group_count);
+    l.boxes = arena_push(arena, Box, surface->group_count);
+    Vec3 *centres = arena_push(arena, Vec3, surface->group_count);
+    for (int g = 0; g < surface->group_count; g++) {
+        Box box = box_empty();
+        const SurfaceGroup *group = &surface->groups[g];
+        for (int k = group->vertex_begin; k < group->vertex_end; k++) {
+            box_add(&box, vec3_load(start + 3 * (size_t)surface->group_vertices[k]));
+        }
+        centres[g] = vec3_scale(0.5, vec3_add(box.low, box.high));
+    }
+    l.tree = box_tree_create(centres, surface->group_count, arena);
+    return l;
+}
+
+/* a larger block with the same beginning; the old one stays behind in the arena */
+static void *grown(Arena *arena, const void *old, size_t used, size_t bytes) {
+    void *block = arena_alloc(arena, bytes);
+    if (used > 0) {
+        memcpy(block, old, used);
+    }
+    return block;
+}
+
+/* ---- bristles between lists ---- */
+
+static uint64_t mix(uint64_t h) {
+    h ^= h >> 33;
+    h *= 0xff51afd7ed558ccdULL;
+    return h ^ (h >> 29);
+}
+
+static uint64_t key_hash(const int place[4]) {
+    uint64_t h = 0;
+    for (int k = 0; k < 4; k++) {
+        h = mix(h * 0x9e3779b97f4a7c15ULL + (uint32_t)place[k]);
+    }
+    return h;
+}
+
+static void key_of(const Pair *pair, int key[4]) {
+    memcpy(key, pair->place, 4 * sizeof *key);
+    key[3] = pair->kind == PAIR_EDGES ? -1 - key[3] : key[3];
+}
+
+/* where a key is, or the free place for it; place[0] < 0 is free */
+static PairMemory *kept_at(const Lists *l, const int key[4]) {
+    uint64_t mask = (uint64_t)l->kept_room - 1;
+    for (uint64_t i = key_hash(key);; i++) {
+        PairMemory *m = &l->kept[i & mask];
+        if (m->place[0] < 0 || memcmp(m->place, key, sizeof m->place) == 0) {
+            return m;
+        }
+    }
+}
+
+static void kept_empty(Lists *l) {
+    for (int i = 0; i < l->kept_room && l->kept_count > 0; i++) {
+        l->kept[i].place[0] = -1;
+    }
+    l->kept_count = 0;
+}
+
+static void keep(Lists *l, const PairMemory *memory) {
+    if (2 * (l->kept_count + 1) > l->kept_room) {
+        PairMemory *old = l->kept;
+        int room = l->kept_room;
+        l->kept_room = room ? 2 * room : 1024;
+        l->kept = arena_push(l->arena, PairMemory, l->kept_room);
+        for (int i = 0; i < l->kept_room; i++) {
+            l->kept[i].place[0] = -1;
+        }
+        for (int i = 0; i < room; i++) {
+            if (old[i].place[0] >= 0) {
+                *kept_at(l, old[i].place) = old[i];
+            }
+        }
+    }
+    PairMemory *at = kept_at(l, memory->place);
+    l->kept_count += at->place[0] < 0;
+    *at = *memory;
+}
+
+static bool is_stretched(const Pair *pair) {
+    return pair->bristle.x != 0.0 || pair->bristle.y != 0.0 || pair->bristle.z != 0.0;
+}
+
+static PairMemory memory_of(const Pair *pair) {
+    PairMemory memory;
+    key_of(pair, memory.place);
+    vec3_store(memory.bristle, pair->bristle);
+    return memory;
+}
+
+int lists_remember(const Lists *l, PairMemory *memory, int room) {
+    int count = 0;
+    for (int p = 0; p < l->pair_count && count < room; p++) {
+        if (is_stretched(&l->pairs[p])) {
+            memory[count++] = memory_of(&l->pairs[p]);
+        }
+    }
+    return count;
+}
+
+void lists_clear(Lists *l, const PairMemory *memory, int memory_count) {
+    l->group_pair_count = l->pair_count = 0;
+    l->reach = l->spent = 0.0;
+    l->stamp++;
+    l->statistics = (ListsStatistics){0};
+    kept_empty(l);
+    for (int i = 0; i < memory_count; i++) {
+        keep(l, &memory[i]);
+    }
+}
+
+/* ---- level 1 ---- */
+
+static void bound_group(Lists *l, const Points *x, int g) {
+    GroupBounds *bounds = &l->bounds[g];
+    const SurfaceGroup *group = &l->surface->groups[g];
+    if (bounds->boxed == l->stamp) {
+        return;
+    }
+    bounds->boxed = l->stamp;
+    bounds->all = box_empty();
+    for (int c = group->cell_begin; c < group->cell_end; c++) {
+        const SurfaceCell *cell = &l->surface->cells[c];
+        Box box = box_empty();
+        for (int k = 0; k < 3 * cell->triangle_count; k++) {
+            box_add(&box, point_at(x, l->surface->triangles[3 * cell->triangle[k / 3] + k % 3]));
+        }
+        bounds->cell[c - group->cell_begin] = box;
+        bounds->all = box_union(bounds->all, box);
+    }
+}
+
+static uint64_t pair_key(int a, int b) { return mix(((uint64_t)(uint32_t)a << 32) | (uint32_t)b); }
+
+static void add_group_pair(int a, int b, void *context) {
+    Lists *l = context;
+    if (box_distance(&l->boxes[a], &l->boxes[b]) > l->reach) {
+        return;
+    }
+    if (l->group_pair_count == l->group_pair_room) {
+        size_t used = (size_t)l->group_pair_count * sizeof(GroupPair);
+        int room = 2 * l->group_pair_room + 4 * l->surface->group_count + 64;
+        size_t bytes = (size_t)room * sizeof(GroupPair);
+        l->group_pairs = grown(l->arena, l->group_pairs, used, bytes);
+        l->old_group_pairs = grown(l->arena, l->old_group_pairs,
+                                   (size_t)l->group_pair_room * sizeof(GroupPair), bytes);
+        l->renumber = grown(l->arena, l->renumber, (size_t)l->group_pair_room * sizeof(int),
+                            (size_t)room * sizeof(int));
+        l->group_pair_room = room;
+    }
+    l->group_pairs[l->group_pair_count++] = (GroupPair){.a = a, .b = b, .limit = -1.0};
+}
+
+/* hash of the old group pairs: number + 1 */
+static void index_old(Lists *l, int count) {
+    int wanted = 64;
+    while (wanted < 4 * count) {
+        wanted *= 2;
+    }
+    if (wanted > l->slot_count) {
+        l->slot_count = wanted;
+        l->slots = arena_push(l->arena, int, wanted);
+    }
+    memset(l->slots, 0, (size_t)l->slot_count * sizeof *l->slots);
+    for (int i = 0; i < count; i++) {
+        uint64_t at = pair_key(l->old_group_pairs[i].a, l->old_group_pairs[i].b);
+        while (l->slots[at & ((uint64_t)l->slot_count - 1)]) {
+            at++;
+        }
+        l->slots[at & ((uint64_t)l->slot_count - 1)] = i + 1;
+    }
+}
+
+static int find_old(const Lists *l, int a, int b) {
+    for (uint64_t at = pair_key(a, b);; at++) {
+        int i = l->slots[at & ((uint64_t)l->slot_count - 1)] - 1;
+        if (i < 0 || (l->old_group_pairs[i].a == a && l->old_group_pairs[i].b == b)) {
+            return i;
+        }
+    }
+}
+
+/* drops pairs whose group pair has renumber < 0, fills the holes with the last ones, and
+ * renumbers the others */
+static void drop_pairs(Lists *l) {
+    int p = 0;
+    while (p < l->pair_count) {
+        int owner = l->renumber[l->owner[p]];
+        if (owner >= 0) {
+            l->owner[p++] = owner;
+            continue;
+        }
+        if (is_stretched(&l->pairs[p])) {
+            PairMemory memory = memory_of(&l->pairs[p]);
+            keep(l, &memory);
+        }
+        int last = --l->pair_count;
+        l->pairs[p] = l->pairs[last];
+        l->due[p] = l->due[last];
+        l->owner[p] = l->owner[last];
+    }
+}
+
+void lists_remake(Lists *l, const Points *x, double least_reach) {
+    int groups = l->surface->group_count, old_count = l->group_pair_count;
+    GroupPair *old = l->group_pairs;
+    l->group_pairs = l->old_group_pairs, l->old_group_pairs = old;
+    l->group_pair_count = 0;
+    l->statistics.remakes++;
+    double size = 0.0;
+    for (int g = 0; g < groups; g++) {
+        bound_group(l, x, g);
+        l->boxes[g] = l->bounds[g].all;
+        size += vec3_length(vec3_sub(l->boxes[g].high, l->boxes[g].low)) / groups;
+    }
+    l->reach = fmax(CONTACT_GROUP_REACH * size, 2.0 * least_reach);
+    l->spent = l->widest = 0.0;
+    box_tree_refit(&l->tree, l->boxes);
+    for (int g = 0; g < groups; g++) {
+        add_group_pair(g, g, l);
+    }
+    box_tree_pairs(&l->tree, l->reach, add_group_pair, l);
+    index_old(l, old_count);
+    memset(l->renumber, -1, (size_t)l->group_pair_room * sizeof *l->renumber);
+    for (int i = 0; i < l->group_pair_count; i++) {
+        GroupPair *pair = &l->group_pairs[i];
+        int before = old_count > 0 ? find_old(l, pair->a, pair->b) : -1;
+        if (before >= 0) {
+            *pair = l->old_group_pairs[before];
+            l->renumber[before] = i;
+            l->widest = fmax(l->widest, pair->near);
+        }
+    }
+    drop_pairs(l);
+}
+
+/* ---- level 2 ---- */
+
+/* boxes of dx/du and dx/dv over the cells of a lattice group */
+static void grade_group(Lists *l, const Points *x, int g) {
+    GroupBounds *bounds = &l->bounds[g];
+    const SurfaceGroup *group = &l->surface->groups[g];
+    const SurfacePanel *panel = &l->surface->panels[group->panel];
+    if (bounds->graded == l->stamp) {
+        return;
+    }
+    bounds->graded = l->stamp;
+    bounds->gradient[0] = bounds->gradient[1] = box_empty();
+    int across = panel->wrap ? panel->nu : panel->nu - 1;
+    int i0 = group->block[0] * SURFACE_BLOCK, j0 = group->block[1] * SURFACE_BLOCK;
+    int i1 = i0 + SURFACE_BLOCK < across ? i0 + SURFACE_BLOCK : across;
+    int j1 = j0 + SURFACE_BLOCK < panel->nv - 1 ? j0 + SURFACE_BLOCK : panel->nv - 1;
+    Vec3 below[SURFACE_BLOCK + 1], here[SURFACE_BLOCK + 1];
+    for (int j = j0; j <= j1; j++) {
+        for (int i = i0; i <= i1; i++) {
+            here[i - i0] = point_at(x, panel->first + j * panel->nu + i % panel->nu);
+            if (i > i0) {
+                Vec3 du = vec3_sub(here[i - i0], here[i - i0 - 1]);
+                box_add(&bounds->gradient[0], vec3_scale(1.0 / panel->h1, du));
+            }
+            if (j > j0) {
+                Vec3 dv = vec3_sub(here[i - i0], below[i - i0]);
+                box_add(&bounds->gradient[1], vec3_scale(1.0 / panel->h2, dv));
+            }
+        }
+        memcpy(below, here, sizeof below);
+    }
+}
+
+/* -1, 0, 1: neighbouring blocks; 2: farther */
+static int block_step(int from, int to, int count, bool wrap) {
+    int step = to - from;
+    if (wrap && step == count - 1) {
+        step = -1;
+    } else if (wrap && step == 1 - count) {
+        step = 1;
+    }
+    return step < -1 || step > 1 ? 2 : step;
+}
+
+/* [m] lower bound of the distance of features without a common vertex in the rectangle of two
+ * lattice neighbours: with all gradients within e of C, |x(p) - x(q)| >= (s_min(C) - e) |p - q| */
+static double flat_distance(Lists *l, const Points *x, const GroupPair *pair) {
+    const SurfaceGroup *a = &l->surface->groups[pair->a], *b = &l->surface->groups[pair->b];
+    const SurfacePanel *panel = &l->surface->panels[a->panel];
+    if (a->panel != b->panel || panel->nu == 0) {
+        return 0.0;
+    }
+    const int *blocks = l->surface->blocks + 2 * a->panel;
+    if (block_step(a->block[0], b->block[0], blocks[0], panel->wrap) == 2 ||
+        block_step(a->block[1], b->block[1], blocks[1], false) == 2) {
+        return 0.0;
+    }
+    Box du = box_empty(), dv = box_empty();
+    for (int k = 0; k < 4; k++) {
+        int i = k & 1 ? b->block[0] : a->block[0], j = k & 2 ? b->block[1] : a->block[1];
+        int g = l->surface->first_group[a->panel] + j * blocks[0] + i;
+        grade_group(l, x, g);
+        du = box_union(du, l->bounds[g].gradient[0]);
+        dv = box_union(dv, l->bounds[g].gradient[1]);
+    }
+    Vec3 c1 = vec3_scale(0.5, vec3_add(du.low, du.high));
+    Vec3 c2 = vec3_scale(0.5, vec3_add(dv.low, dv.high));
+    Vec3 e1 = vec3_sub(du.high, du.low), e2 = vec3_sub(dv.high, dv.low);
+    double e = 0.5 * sqrt(vec3_dot(e1, e1) + vec3_dot(e2, e2));
+    double p = vec3_dot(c1, c1), q = vec3_dot(c2, c2), r = vec3_dot(c1, c2);
+    double least = 0.5 * (p + q) - sqrt(0.25 * (p - q) * (p - q) + r * r);
+    return (sqrt(fmax(least, 0.0)) - e) * surface_lattice_altitude(panel);
+}
+
+typedef struct Search {
+    Lists *lists;
+    const Points *x;
+    int owner;
+    double reach, near, dhat;
+    bool one_panel; /* and not a lattice: neighbours may be nearer than dhat at rest */
+    const double *material;
+    int first;
+} Search;
+
+/* neighbours on scattered nodes: the contact distance is at most half of that at rest */
+static double rest_limited(const Search *s, const Pair *pair) {
+    double flat[12] = {0};
+    for (int k = 0; k < 4; k++) {
+        memcpy(flat + 3 * k, s->material + 2 * (size_t)(pair->place[k] - s->first),
+               2 * sizeof(double));
+    }
+    int places[4] = {0, 1, 2, 3};
+    Pair rest = {.kind = pair->kind};
+    memcpy(rest.place, places, sizeof places);
+    Points points = {{flat, flat + 1, flat + 2}, 3, NULL};
+    pair_evaluate(&points, &rest);
+    return fmin(s->dhat, 0.5 * rest.distance);
+}
+
+static void add_pair(const Search *s, PairKind kind, int a, int b, int c, int d) {
+    Lists *l = s->lists;
+    if (l->pair_count == l->pair_room) {
+        int room = 2 * l->pair_room + 1024;
+        size_t used = (size_t)l->pair_count;
+        l->pairs =
+            grown(l->arena, l->pairs, used * sizeof *l->pairs, (size_t)room * sizeof *l->pairs);
+        l->due = grown(l->arena, l->due, used * sizeof *l->due, (size_t)room * sizeof *l->due);
+        l->owner =
+            grown(l->arena, l->owner, used * sizeof *l->owner, (size_t)room * sizeof *l->owner);
+        l->pair_room = room;
+    }
+    Pair *pair = &l->pairs[l->pair_count];
+    *pair = (Pair){.kind = kind, .place = {a, b, c, d}, .dhat = s->dhat};
+    pair_evaluate(s->x, pair);
+    if (pair->distance > s->reach) {
+        return;
+    }
+    if (s->one_panel) {
+        pair->dhat = rest_limited(s, pair);
+    }
+    if (l->kept_count > 0) {
+        int key[4];
+        key_of(pair, key);
+        const PairMemory *memory = kept_at(l, key);
+        if (memory->place[0] >= 0) {
+            pair->bristle = vec3_load(memory->bristle);
+        }
+    }
+    const GroupPair *owner = &l->group_pairs[s->owner];
+    l->due[l->pair_count] = owner->path + pair->distance - s->near;
+    l->owner[l->pair_count++] = s->owner;
+}
+
+static Box box_of(const Points *x, const int *places, int count) {
+    Box box = box_empty();
+    for (int k = 0; k < count; k++) {
+        box_add(&box, point_at(x, places[k]));
+    }
+    return box;
+}
+
+/* vertices owned by cell a against triangles of cell b */
+static void search_faces(const Search *s, const SurfaceCell *a, const SurfaceCell *b) {
+    for (int t = 0; t < b->triangle_count; t++) {
+        const int *corner = s->lists->surface->triangles + 3 * (size_t)b->triangle[t];
+        Box box = box_of(s->x, corner, 3);
+        for (int k = 0; k < a->vertex_count; k++) {
+            int v = a->vertex[k];
+            Box point = box_of(s->x, &v, 1);
+            bool shares = v == corner[0] || v == corner[1] || v == corner[2];
+            if (!shares && box_near(&point, &box, s->reach)) {
+                add_pair(s, PAIR_FACE, v, corner[0], corner[1], corner[2]);
+            }
+        }
+    }
+}
+
+static void search_edges(const Search *s, const SurfaceCell *a, const SurfaceCell *b) {
+    for (int i = 0; i < a->edge_count; i++) {
+        const int *p = s->lists->surface->edges + 2 * (size_t)a->edge[i];
+        Box box = box_of(s->x, p, 2);
+        for (int j = a == b ? i + 1 : 0; j < b->edge_count; j++) {
+            const int *q = s->lists->surface->edges + 2 * (size_t)b->edge[j];
+            bool shares = p[0] == q[0] || p[0] == q[1] || p[1] == q[0] || p[1] == q[1];
+            Box other = box_of(s->x, q, 2);
+            if (!shares && box_near(&box, &other, s->reach)) {
+                add_pair(s, PAIR_EDGES, p[0], p[1], q[0], q[1]);
+            }
+        }
+    }
+}
+
+static void search_pair(const Search *s, const GroupPair *pair) {
+    const Lists *l = s->lists;
+    const SurfaceGroup *a = &l->surface->groups[pair->a], *b = &l->surface->groups[pair->b];
+    const GroupBounds *in_a = &l->bounds[pair->a], *in_b = &l->bounds[pair->b];
+    for (int i = a->cell_begin; i < a->cell_end; i++) {
+        const Box *box = &in_a->cell[i - a->cell_begin];
+        if (!box_near(box, &in_b->all, s->reach)) {
+            continue;
+        }
+        for (int j = pair->a == pair->b ? i : b->cell_begin; j < b->cell_end; j++) {
+            const SurfaceCell *p = &l->surface->cells[i], *q = &l->surface->cells[j];
+            if (!box_near(box, &in_b->cell[j - b->cell_begin], s->reach)) {
+                continue;
+            }
+            search_faces(s, p, q);
+            if (i != j) {
+                search_faces(s, q, p);
+            }
+            search_edges(s, p, q);
+        }
+    }
+}
+
+static void query_one(Lists *l, const Points *x, int index, double dt) {
+    GroupPair *pair = &l->group_pairs[index];
+    const SurfaceGroup *a = &l->surface->groups[pair->a], *b = &l->surface->groups[pair->b];
+    const SurfacePanel *of_a = &l->surface->panels[a->panel];
+    const SurfacePanel *of_b = &l->surface->panels[b->panel];
+    double dhat = 0.5 * (of_a->distance + of_b->distance), step = pair->speed * dt;
+    pair->near = fmax(dhat, CONTACT_NEAR_STEPS * step);
+    l->widest = fmax(l->widest, pair->near);
+    double slack = fmax(CONTACT_LEAST_SLACK * dhat, CONTACT_SLACK_STEPS * step);
+    bound_group(l, x, pair->a);
+    bound_group(l, x, pair->b);
+    double apart = pair->a == pair->b
+                       ? 0.0
+                       : box_distance(&l->bounds[pair->a].all, &l->bounds[pair->b].all);
+    apart = apart > pair->near + slack ? apart : fmax(apart, flat_distance(l, x, pair));
+    if (apart > pair->near + CONTACT_LEAST_SLACK * dhat) {
+        pair->limit = pair->path + apart - pair->near;
+        return;
+    }
+    l->statistics.queries++;
+    bool one_panel = a->panel == b->panel && of_a->nu == 0;
+    Search search = {l, x, index, pair->near + slack, pair->near, dhat,
+                     one_panel, of_a->material, of_a->first};
+    search_pair(&search, pair);
+    pair->limit = pair->path + slack;
+}
+
+int lists_query(Lists *l, const Points *x, const unsigned char *wanted, double dt) {
+    for (int i = 0; i < l->group_pair_count; i++) {
+        l->renumber[i] = wanted[i] ? -1 : i;
+    }
+    drop_pairs(l);
+    int first = l->pair_count;
+    for (int i = 0; i < l->group_pair_count; i++) {
+        if (wanted[i]) {
+            query_one(l, x, i, dt);
+        }
+    }
+    kept_empty(l);
+    return first;
+}

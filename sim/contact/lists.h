@@ -1,0 +1,116 @@
+/* lists.h: which pairs of features may meet. Two levels (explicit.md 5, 10.3, and the relative
+ * paths that it names as next):
+ *
+ * 1. *Group pairs*: groups whose boxes are near. Each has its own relative path, the integral of
+ *    |T_a - T_b| + r_a + r_b, T the velocity of a group's middle and r the largest deviation
+ *    from it: no distance between the two groups can change by more. Parts that move together
+ *    spend nothing.
+ * 2. *Pairs* of features of one group pair: vertex and triangle, edge and edge. They are looked
+ *    for again when the group pair's path passes its limit. A flatness certificate says for
+ *    lattice neighbours that no two features can be near, and then there are none.
+ *
+ * Rules that always hold at the start of a step: a group pair that is not listed is farther
+ * apart than any `near`; a pair that is not listed is farther apart than the `near` of its group
+ * pair; a listed pair that is not due is too. */
+#ifndef TOILE_CONTACT_LISTS_H
+#define TOILE_CONTACT_LISTS_H
+
+#include "sim/contact/surface.h"
+
+/* Positions or velocities of places, however they are stored. */
+typedef struct Points {
+    const double *component[3];
+    int stride;
+    const int *slot; /* (places); NULL: place i is item i */
+} Points;
+
+static inline Vec3 point_at(const Points *p, int place) {
+    int at = (p->slot ? p->slot[place] : place) * p->stride;
+    return vec3(p->component[0][at], p->component[1][at], p->component[2][at]);
+}
+
+typedef struct GroupPair {
+    int a, b;     /* a <= b */
+    double path;  /* [m] relative motion since it was made */
+    double limit; /* [m] path until which its pairs are complete */
+    double near;  /* [m] */
+    double speed; /* [m/s] bound of the relative speed in this step */
+} GroupPair;
+
+typedef enum PairKind {
+    PAIR_FACE, /* place[0] a vertex, place[1..3] a triangle */
+    PAIR_EDGES /* place[0..1] and place[2..3] edges */
+} PairKind;
+
+typedef struct Pair {
+    PairKind kind;
+    int place[4];
+    double dhat;      /* [m] contact distance of this pair */
+    double distance;  /* [m] as evaluated last */
+    Vec3 normal;      /* from the second feature to the first */
+    double weight[4]; /* of the closest points: + first, - second feature */
+    double soft;      /* share of the stiffness left between almost parallel edges */
+    int feature;      /* what holds the closest points, see closest.h */
+    Vec3 bristle;     /* [m] */
+} Pair;
+
+/* A stretched bristle on its way from one list to the next, or to the states file. */
+typedef struct PairMemory {
+    int place[4]; /* place[3] is -1 - place for a pair of edges */
+    double bristle[3];
+} PairMemory;
+
+typedef struct GroupBounds {
+    Box cell[SURFACE_GROUP_CELLS];
+    Box all;
+    Box gradient[2]; /* of dx/du, dx/dv on a lattice */
+    long boxed, graded; /* stamp of the positions that they belong to */
+} GroupBounds;
+
+typedef struct ListsStatistics {
+    double remakes, queries, pairs;
+} ListsStatistics;
+
+typedef struct Lists {
+    const Surface *surface;
+    Arena *arena;
+    BoxTree tree;
+    GroupBounds *bounds; /* (group_count) */
+    Box *boxes;          /* (group_count) */
+    long stamp;          /* changes when positions change */
+    GroupPair *group_pairs, *old_group_pairs;
+    int group_pair_count, group_pair_room;
+    int *renumber;   /* (group_pair_room) */
+    int *slots;      /* hash of group pairs, for remakes */
+    int slot_count;
+    double reach;    /* [m] groups farther apart are not listed */
+    double spent;    /* [m] of it used up by motion */
+    double widest;   /* [m] largest `near` of any group pair */
+    Pair *pairs;     /* (pair_count) */
+    double *due;     /* [m] (pair_count) path of the group pair at which it must be looked at */
+    int *owner;      /* (pair_count) group pair */
+    int pair_count, pair_room;
+    PairMemory *kept; /* bristles of pairs that were dropped, as a hash table */
+    int kept_count, kept_room;
+    ListsStatistics statistics;
+} Lists;
+
+Lists lists_create(const Surface *surface, const double *start, Arena *arena);
+
+/* Forgets everything; takes over bristles for the pairs to come. */
+void lists_clear(Lists *lists, const PairMemory *memory, int memory_count);
+
+/* Level 1. Group pairs that stay keep their pairs. `least_reach` [m]: what near and slack need. */
+void lists_remake(Lists *lists, const Points *x, double least_reach);
+
+/* Level 2 for every group pair with wanted[i] != 0: near and slack [m] from its speed and dt.
+ * Returns the first of the new pairs: pairs [result, pair_count) are evaluated and due. */
+int lists_query(Lists *lists, const Points *x, const unsigned char *wanted, double dt);
+
+/* Closest points of a pair. */
+void pair_evaluate(const Points *x, Pair *pair);
+
+/* Copies stretched bristles out; returns their number, at most `room`. */
+int lists_remember(const Lists *lists, PairMemory *memory, int room);
+
+#endif

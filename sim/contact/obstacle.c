@@ -1,0 +1,593 @@
+/* obstacle.c: contact of cloth with convex solids on the explicit road (explicit.md 3, 4, 10.1).
+ *
+ * Vertices meet the signed distance; triangles meet edges, corners and curved sides where their
+ * nearest point lies inside an edge or the face. Each near triangle has a plane that parts it
+ * from the whole solid. */
+#include <math.h>
+#include <string.h>
+
+#include "sim/contact/engine.h"
+
+static double *vertex_bristle(const Contact *c, int place, int obstacle) {
+    return c->bristles +
+           3 * ((size_t)place * (size_t)c->def->obstacle_count + (size_t)obstacle);
+}
+
+/* ---- distances ---- */
+
+static const VertexDistance *vertex_distance(Contact *c, const Points *x, int place, int obstacle) {
+    VertexDistance *v =
+        &c->distances[(size_t)place * (size_t)c->def->obstacle_count + (size_t)obstacle];
+    if (v->stamp != c->lists.stamp) {
+        Vec3 normal, p = pose_unapply(c->poses[obstacle], point_at(x, place));
+        v->stamp = c->lists.stamp;
+        v->distance = solid_distance(&c->def->obstacles[obstacle].solid, p, &normal);
+        v->normal = quat_rotate(c->poses[obstacle].turn, normal);
+    }
+    return v;
+}
+
+/* the exact nearest point */
+static void search_triangle(const Contact *c, Touch *touch, const Vec3 p[3], const double d[3],
+                            const Vec3 n[3]) {
+    const Solid *solid = &c->def->obstacles[touch->obstacle].solid;
+    Pose pose = c->poses[touch->obstacle];
+    Quat back = quat_inverse(pose.turn);
+    Vec3 local[3], normal[3], at = {0, 0, 0}, up, nearest = {0, 0, 0};
+    for (int k = 0; k < 3; k++) {
+        local[k] = pose_unapply(pose, p[k]);
+        normal[k] = quat_rotate(back, n[k]);
+    }
+    touch->feature = solid_nearest_on_triangle(solid, local, d, normal, touch->weight);
+    for (int k = 0; k < 3; k++) {
+        at = vec3_axpy(at, touch->weight[k], local[k]);
+        nearest = vec3_axpy(nearest, touch->weight[k], p[k]);
+    }
+    touch->distance = solid_distance(solid, at, &up);
+    touch->normal = quat_rotate(pose.turn, up);
+    touch->point = vec3_axpy(nearest, -touch->distance, touch->normal);
+}
+
+/* The distance is convex: below no tangent plane. The tangent at a corner bounds it over the
+ * triangle, and parts the triangle from the solid when it is positive on all corners. Exact
+ * points are looked for only where there may be a force. */
+static void evaluate_triangle(Contact *c, const Points *x, Touch *touch) {
+    Vec3 p[3], n[3];
+    double d[3], bound = -INFINITY;
+    int best = 0;
+    for (int k = 0; k < 3; k++) {
+        const VertexDistance *v = vertex_distance(c, x, touch->place[k], touch->obstacle);
+        d[k] = v->distance, n[k] = v->normal;
+        p[k] = point_at(x, touch->place[k]);
+    }
+    for (int a = 0; a < 3; a++) {
+        double least = d[a];
+        for (int k = 0; k < 3; k++) {
+            double tangent = d[a] + vec3_dot(n[a], vec3_sub(p[k], p[a]));
+            least = tangent < least ? tangent : least;
+        }
+        best = least > bound ? a : best;
+        bound = least > bound ? least : bound;
+    }
+    if (bound < d[best] && bound < c->def->vertex_distance[touch->place[0]]) {
+        search_triangle(c, touch, p, d, n);
+        return;
+    }
+    touch->feature = 1 << best;
+    touch->weight[0] = touch->weight[1] = touch->weight[2] = 0.0;
+    touch->weight[best] = 1.0;
+    touch->distance = bound;
+    touch->normal = n[best];
+    touch->point = vec3_axpy(p[best], -d[best], n[best]);
+}
+
+static void evaluate_touch(Contact *c, const Points *x, Touch *touch) {
+    if (touch->place[1] >= 0) {
+        evaluate_triangle(c, x, touch);
+        return;
+    }
+    const VertexDistance *v = vertex_distance(c, x, touch->place[0], touch->obstacle);
+    touch->distance = v->distance;
+    touch->normal = v->normal;
+    touch->point = vec3_axpy(point_at(x, touch->place[0]), -v->distance, v->normal);
+}
+
+/* ---- lists ---- */
+
+static void touch_key(const Touch *touch, int key[4]) {
+    memcpy(key, touch->place, 3 * sizeof *key);
+    key[3] = touch->obstacle;
+}
+
+static void add_touch(Contact *c, const Touch *touch, double due) {
+    if (c->touch_count == c->touch_room) {
+        Touch *old = c->touches;
+        double *old_due = c->touch_due;
+        c->touch_room = 2 * c->touch_room + 1024;
+        c->touches = arena_push(c->arena, Touch, c->touch_room);
+        c->touch_due = arena_push(c->arena, double, c->touch_room);
+        c->due_touches = arena_push(c->arena, int, c->touch_room);
+        if (c->touch_count > 0) {
+            memcpy(c->touches, old, (size_t)c->touch_count * sizeof *old);
+            memcpy(c->touch_due, old_due, (size_t)c->touch_count * sizeof *old_due);
+        }
+    }
+    c->touches[c->touch_count] = *touch;
+    c->touch_due[c->touch_count++] = due;
+}
+
+static double group_distance(const Contact *c, int g) {
+    return c->surface.panels[c->surface.groups[g].panel].distance;
+}
+
+/* lower bound of the distance of a group */
+static double group_apart(const Contact *c, const Points *x, int g, int o) {
+    const SurfaceGroup *group = &c->surface.groups[g];
+    Box box = box_empty();
+    for (int k = group->vertex_begin; k < group->vertex_end; k++) {
+        box_add(&box, point_at(x, c->surface.group_vertices[k]));
+    }
+    Vec3 normal, centre = vec3_scale(0.5, vec3_add(box.low, box.high));
+    double radius = 0.5 * vec3_length(vec3_sub(box.high, box.low));
+    Vec3 p = pose_unapply(c->poses[o], centre);
+    return solid_distance(&c->def->obstacles[o].solid, p, &normal) - radius;
+}
+
+static void search_cell(Contact *c, const Points *x, const SurfaceCell *cell, int owner, int o,
+                        double slack) {
+    const GroupTouch *group = &c->group_touches[owner];
+    for (int k = 0; k < cell->vertex_count; k++) {
+        Touch touch = {.obstacle = o, .owner = owner, .place = {cell->vertex[k], -1, -1},
+                       .weight = {1.0}, .feature = 1};
+        evaluate_touch(c, x, &touch);
+        if (touch.distance <= group->near + slack) {
+            add_touch(c, &touch, group->path + touch.distance - group->near);
+        } else {
+            memset(vertex_bristle(c, touch.place[0], o), 0, 3 * sizeof(double));
+        }
+    }
+    for (int k = 0; k < cell->triangle_count && c->def->obstacles[o].solid.kind != SOLID_PLANE;
+         k++) {
+        const int *corner = c->surface.triangles + 3 * (size_t)cell->triangle[k];
+        Touch touch = {.obstacle = o, .owner = owner, .place = {corner[0], corner[1], corner[2]}};
+        evaluate_touch(c, x, &touch);
+        if (touch.distance <= group->near + slack) {
+            add_touch(c, &touch, group->path + touch.distance - group->near);
+        }
+    }
+}
+
+static void query_group(Contact *c, const Points *x, int g, int o, double dt) {
+    int owner = g * c->def->obstacle_count + o;
+    GroupTouch *group = &c->group_touches[owner];
+    double dhat = group_distance(c, g), step = group->speed * dt;
+    group->near = fmax(dhat, CONTACT_NEAR_STEPS * step);
+    double slack = fmax(CONTACT_LEAST_SLACK * dhat, CONTACT_SLACK_STEPS * step);
+    double apart = group_apart(c, x, g, o);
+    if (apart > group->near + slack) {
+        group->limit = group->path + apart - group->near;
+        return;
+    }
+    const SurfaceGroup *cells = &c->surface.groups[g];
+    for (int k = cells->cell_begin; k < cells->cell_end; k++) {
+        search_cell(c, x, &c->surface.cells[k], owner, o, slack);
+    }
+    group->limit = group->path + slack;
+}
+
+static bool is_wanted(const GroupTouch *group, bool by_path, double dt) {
+    return by_path ? group->path > group->limit
+                   : CONTACT_LEAST_NEAR_STEPS * group->speed * dt > group->near;
+}
+
+/* searches the groups that spent their path, or that became too fast for their list */
+static bool search(Contact *c, ContactView view, bool by_path, double dt) {
+    int owners = c->surface.group_count * c->def->obstacle_count, wanted = 0;
+    for (int i = 0; i < owners; i++) {
+        wanted += is_wanted(&c->group_touches[i], by_path, dt);
+    }
+    if (wanted == 0) {
+        return false;
+    }
+    Points x = contact_positions(view);
+    c->statistics.rebuilds++;
+    int old = 0, count = c->touch_count;
+    PairMemory *memory = c->touch_memory;
+    c->touch_memory_count = 0;
+    for (int t = 0; t < count; t++) {
+        const Touch *touch = &c->touches[t];
+        if (!is_wanted(&c->group_touches[touch->owner], by_path, dt)) {
+            c->touch_due[old] = c->touch_due[t];
+            c->touches[old++] = *touch;
+        } else if (touch->place[1] >= 0 && vec3_dot(touch->bristle, touch->bristle) > 0.0 &&
+                   c->touch_memory_count < c->touch_memory_room) {
+            PairMemory *m = &memory[c->touch_memory_count++];
+            touch_key(touch, m->place);
+            vec3_store(m->bristle, touch->bristle);
+        }
+    }
+    c->touch_count = old;
+    for (int i = 0; i < owners; i++) {
+        GroupTouch *group = &c->group_touches[i];
+        if (is_wanted(group, by_path, dt)) {
+            group->limit = INFINITY; /* do not ask twice */
+            query_group(c, &x, i / c->def->obstacle_count, i % c->def->obstacle_count, dt);
+        }
+    }
+    obstacle_restore(c, old);
+    return true;
+}
+
+/* gives kept bristles to the touches from `first` on; both are few */
+void obstacle_restore(Contact *c, int first) {
+    for (int m = 0; m < c->touch_memory_count; m++) {
+        for (int t = first; t < c->touch_count; t++) {
+            int key[4];
+            touch_key(&c->touches[t], key);
+            if (memcmp(key, c->touch_memory[m].place, sizeof key) == 0) {
+                c->touches[t].bristle = vec3_load(c->touch_memory[m].bristle);
+                break;
+            }
+        }
+    }
+    c->touch_memory_count = 0;
+}
+
+void obstacle_begin(Contact *c, ContactView view, double dt) {
+    c->touch_count = 0;
+    memset(c->group_touches, 0,
+           (size_t)(c->surface.group_count * c->def->obstacle_count) * sizeof *c->group_touches);
+    for (int g = 0; g < c->surface.group_count; g++) {
+        for (int o = 0; o < c->def->obstacle_count; o++) {
+            GroupTouch *group = &c->group_touches[g * c->def->obstacle_count + o];
+            group->speed = vec3_length(c->motion[g].velocity) + c->motion[g].deviation;
+            group->limit = -1.0;
+        }
+    }
+    PairMemory *kept = c->touch_memory;
+    int kept_count = c->touch_memory_count;
+    search(c, view, true, dt);
+    c->touch_memory = kept, c->touch_memory_count = kept_count;
+    obstacle_restore(c, 0);
+}
+
+/* ---- motion of obstacles ---- */
+
+/* largest motion of any point of an obstacle, per second */
+static double fastest_point(const ContactObstacle *obstacle, Pose a, Pose b, double dt) {
+    double bound = solid_bound(&obstacle->solid);
+    Quat turn = quat_multiply(b.turn, quat_inverse(a.turn));
+    double half = sqrt(turn.x * turn.x + turn.y * turn.y + turn.z * turn.z);
+    double angle = 2.0 * asin(fmin(1.0, half));
+    double turned = isfinite(bound) ? bound * angle : 0.0;
+    return (vec3_length(vec3_sub(b.shift, a.shift)) + turned) / dt;
+}
+
+void obstacle_demand(Contact *c, double dt, double time_end) {
+    for (int o = 0; o < c->def->obstacle_count; o++) {
+        const ContactObstacle *obstacle = &c->def->obstacles[o];
+        if (!obstacle->moves) {
+            c->clocks[o] = c->next_clocks[o] = time_end;
+            continue;
+        }
+        /* a clock that fell behind catches up, and may run backwards with its programme */
+        double behind = time_end - c->clocks[o], most = CONTACT_CATCH_UP * dt;
+        c->next_clocks[o] = c->clocks[o] + fmax(-most, fmin(most, behind));
+        c->next[o] = contact_pose(obstacle, c->next_clocks[o]);
+        c->obstacle_speed[o] = fastest_point(obstacle, c->poses[o], c->next[o], dt);
+    }
+}
+
+/* velocity of the obstacle at the contact point, from its demanded motion */
+static Vec3 point_velocity(const Contact *c, const Touch *touch, double dt) {
+    if (!c->def->obstacles[touch->obstacle].moves) {
+        return vec3(0, 0, 0);
+    }
+    Vec3 local = pose_unapply(c->poses[touch->obstacle], touch->point);
+    Vec3 moved = pose_apply(c->next[touch->obstacle], local);
+    return vec3_scale(1.0 / dt, vec3_sub(moved, touch->point));
+}
+
+/* how far the moving obstacle will reach along the normal beyond the plane of now */
+static double reach_beyond(const Contact *c, const Touch *touch) {
+    const ContactObstacle *obstacle = &c->def->obstacles[touch->obstacle];
+    if (!obstacle->moves) {
+        return 0.0;
+    }
+    Pose pose = c->next[touch->obstacle];
+    if (obstacle->solid.kind == SOLID_PLANE) {
+        Vec3 moved = pose_apply(pose, pose_unapply(c->poses[touch->obstacle], touch->point));
+        return vec3_dot(touch->normal, vec3_sub(moved, touch->point));
+    }
+    Vec3 local = quat_rotate(quat_inverse(pose.turn), touch->normal);
+    double reach =
+        solid_support(&obstacle->solid, local) + vec3_dot(touch->normal, pose.shift);
+    return reach - vec3_dot(touch->normal, touch->point);
+}
+
+/* ---- forces ---- */
+
+static int corner_count(const Touch *touch) { return touch->place[1] < 0 ? 1 : 3; }
+
+static double touch_distance(const Contact *c, const Touch *touch) {
+    return c->def->vertex_distance[touch->place[0]];
+}
+
+static double touch_mass(const Contact *c, const Touch *touch) {
+    return touch->place[1] < 0 ? c->def->mass[touch->place[0]]
+                               : c->panel_mass[c->panel_of[touch->place[0]]];
+}
+
+static Vec3 touch_velocity(ContactView view, const Touch *touch) {
+    Vec3 v = {0, 0, 0};
+    for (int k = 0; k < corner_count(touch); k++) {
+        v = vec3_axpy(v, touch->weight[k], contact_velocity(view, touch->place[k]));
+    }
+    return v;
+}
+
+static double touch_friction(const Contact *c, const Touch *touch) {
+    double own = c->def->obstacles[touch->obstacle].friction;
+    return own >= 0.0 ? own : c->def->friction[touch->place[0]];
+}
+
+static void push_touch(Contact *c, ContactView view, Touch *touch, double dt, double share) {
+    double mass = touch_mass(c, touch), k = CONTACT_STIFFNESS * mass / (dt * dt);
+    double force, curvature, damping = 2.0 * CONTACT_DAMPING * sqrt(k * mass);
+    contact_law(touch->distance, touch_distance(c, touch), k, &force, &curvature);
+    Vec3 carried = point_velocity(c, touch, dt);
+    Vec3 v = vec3_sub(touch_velocity(view, touch), carried);
+    double vn = vec3_dot(v, touch->normal), total = fmax(0.0, force - damping * vn);
+    c->statistics.damping += (force - total) * vn * share * dt;
+    Vec3 sliding = vec3_axpy(v, -vn, touch->normal), sum = vec3_scale(total, touch->normal);
+    bool vertex = touch->place[1] < 0;
+    double *memory = vertex_bristle(c, touch->place[0], touch->obstacle);
+    Vec3 bristle = vertex ? vec3_load(memory) : touch->bristle;
+    sum = vec3_add(sum, contact_friction(c, &bristle, touch->normal, sliding, share * dt,
+                                         total * touch_friction(c, touch),
+                                         CONTACT_BRISTLE_SHARE * k, mass));
+    touch->bristle = bristle;
+    if (vertex) {
+        vec3_store(memory, bristle);
+    }
+    c->statistics.work += vec3_dot(sum, carried) * share * dt;
+    for (int a = 0; a < corner_count(touch); a++) {
+        double w = touch->weight[a];
+        if (w != 0.0) {
+            contact_push(c, view, touch->place[a], vec3_scale(w, sum),
+                         w * (curvature + damping / dt));
+        }
+    }
+}
+
+static void forget(const Contact *c, Touch *touch) {
+    touch->bristle = vec3(0, 0, 0);
+    if (touch->place[1] < 0) {
+        memset(vertex_bristle(c, touch->place[0], touch->obstacle), 0, 3 * sizeof(double));
+    }
+}
+
+static void evaluate(Contact *c, ContactView view) {
+    Points x = contact_positions(view);
+    c->due_touch_count = 0;
+    for (int t = 0; t < c->touch_count; t++) {
+        Touch *touch = &c->touches[t];
+        const GroupTouch *group = &c->group_touches[touch->owner];
+        if (group->path < c->touch_due[t]) {
+            continue;
+        }
+        evaluate_touch(c, &x, touch);
+        c->touch_due[t] = group->path + touch->distance - group->near;
+        if (touch->distance <= group->near) {
+            c->due_touches[c->due_touch_count++] = t;
+        } else {
+            forget(c, touch);
+        }
+    }
+    c->statistics.evaluations += c->due_touch_count;
+    c->statistics.pairs += c->touch_count;
+}
+
+static uint64_t edge_key(const Touch *touch) {
+    uint64_t low = UINT32_MAX, high = 0;
+    for (int k = 0; k < 3; k++) {
+        if (touch->feature & (1 << k)) {
+            uint64_t p = (uint64_t)touch->place[k];
+            low = p < low ? p : low, high = p > high ? p : high;
+        }
+    }
+    return ((uint64_t)touch->obstacle << 42) | (low << 21) | high;
+}
+
+static bool all_held(ContactView view, const Touch *touch) {
+    bool held = true;
+    for (int k = 0; k < corner_count(touch); k++) {
+        held = held && view.held[touch->place[k]];
+    }
+    return held;
+}
+
+void obstacle_forces(Contact *c, ContactView view, double dt, double share) {
+    search(c, view, true, dt);
+    evaluate(c, view);
+    contact_clear_twins(c, c->due_touch_count);
+    for (int k = 0; k < c->due_touch_count; k++) {
+        Touch *touch = &c->touches[c->due_touches[k]];
+        bool vertex = touch->place[1] < 0;
+        bool corner = touch->feature == 1 || touch->feature == 2 || touch->feature == 4;
+        c->statistics.smallest_gap = fmin(c->statistics.smallest_gap, touch->distance);
+        if (touch->distance >= touch_distance(c, touch) || all_held(view, touch) ||
+            (!vertex && corner)) {
+            forget(c, touch);
+            continue;
+        }
+        bool edge = !vertex && touch->feature != 7;
+        int twin = edge ? contact_find_twin(c, edge_key(touch), c->due_touches[k]) : -1;
+        if (twin >= 0) {
+            touch->bristle = c->touches[twin].bristle;
+            continue;
+        }
+        push_touch(c, view, touch, dt, share);
+    }
+}
+
+/* ---- guard ---- */
+
+void obstacle_refresh(Contact *c, ContactView view, double dt) {
+    int obstacles = c->def->obstacle_count;
+    for (int i = 0; i < c->surface.group_count * obstacles; i++) {
+        const GroupMotion *motion = &c->motion[i / obstacles];
+        c->group_touches[i].speed = vec3_length(motion->velocity) + motion->deviation +
+                                    c->obstacle_speed[i % obstacles];
+    }
+    if (search(c, view, false, dt)) {
+        evaluate(c, view);
+    }
+}
+
+/* inelastic impulse that keeps the gap out of the steep part of the law */
+void obstacle_impulses(Contact *c, ContactView view, double dt) {
+    for (int k = 0; k < c->due_touch_count; k++) {
+        const Touch *touch = &c->touches[c->due_touches[k]];
+        double floor = CONTACT_IMPULSE_GAP * touch_distance(c, touch);
+        Vec3 v = vec3_sub(touch_velocity(view, touch), point_velocity(c, touch, dt));
+        double vn = vec3_dot(v, touch->normal);
+        c->statistics.approach = fmax(c->statistics.approach, -vn);
+        double least = touch->distance > floor ? (floor - touch->distance) / dt : 0.0;
+        double mobility = 0.0;
+        for (int a = 0; a < corner_count(touch); a++) {
+            double w = touch->weight[a];
+            mobility += w * w * contact_mobility(c, view, touch->place[a]);
+        }
+        if (vn >= least || mobility <= 0.0) {
+            continue;
+        }
+        double impulse = (least - vn) / mobility;
+        c->statistics.impulses++;
+        c->statistics.guard += impulse * -0.5 * (least + vn);
+        for (int a = 0; a < corner_count(touch); a++) {
+            double share = impulse * touch->weight[a] * contact_mobility(c, view, touch->place[a]);
+            if (share != 0.0) {
+                Vec3 now = contact_velocity(view, touch->place[a]);
+                contact_set_velocity(view, touch->place[a], vec3_axpy(now, share, touch->normal));
+                contact_mark_changed(c, touch->place[a]);
+            }
+        }
+    }
+}
+
+/* the corners stay on their side of the plane, less what is reserved for the obstacle */
+void obstacle_shorten(Contact *c, ContactView view, double dt) {
+    Points x = contact_positions(view);
+    for (int k = 0; k < c->due_touch_count; k++) {
+        const Touch *touch = &c->touches[c->due_touches[k]];
+        double reserve = fmax(0.0, fmin(reach_beyond(c, touch), 0.5 * touch->distance));
+        double floor = reserve + CONTACT_PLANE_FLOOR * touch_distance(c, touch);
+        for (int a = 0; a < corner_count(touch); a++) {
+            int place = touch->place[a];
+            double approach = -dt * vec3_dot(contact_velocity(view, place), touch->normal);
+            if (approach <= 0.0) {
+                continue;
+            }
+            double height = vec3_dot(touch->normal, vec3_sub(point_at(&x, place), touch->point));
+            double room = CONTACT_PLANE_SHARE * (height - floor);
+            if (approach > room) {
+                contact_shorten(c, place, fmax(room, 0.0) / approach);
+            }
+        }
+    }
+}
+
+/* phi: the largest share of its demanded motion that keeps every near corner separated */
+static double free_share(const Contact *c, ContactView view, const Points *x, int o, double dt) {
+    double phi = 1.0;
+    for (int k = 0; k < c->due_touch_count; k++) {
+        const Touch *touch = &c->touches[c->due_touches[k]];
+        if (touch->obstacle != o) {
+            continue;
+        }
+        double beyond = reach_beyond(c, touch), gap = INFINITY;
+        for (int a = 0; a < corner_count(touch); a++) {
+            Vec3 v = contact_velocity(view, touch->place[a]);
+            Vec3 end = vec3_axpy(point_at(x, touch->place[a]), dt, v);
+            gap = fmin(gap, vec3_dot(touch->normal, vec3_sub(end, touch->point)));
+        }
+        gap -= CONTACT_PLANE_FLOOR * touch_distance(c, touch);
+        if (beyond > CONTACT_YIELD_SHARE * gap) {
+            phi = fmin(phi, fmax(0.0, CONTACT_YIELD_SHARE * gap / beyond));
+        }
+    }
+    return phi;
+}
+
+void obstacle_move(Contact *c, ContactView view, double dt) {
+    Points x = contact_positions(view);
+    for (int o = 0; o < c->def->obstacle_count; o++) {
+        const ContactObstacle *obstacle = &c->def->obstacles[o];
+        if (!obstacle->moves) {
+            continue;
+        }
+        double phi = free_share(c, view, &x, o, dt);
+        c->clocks[o] += phi * (c->next_clocks[o] - c->clocks[o]);
+        c->poses[o] = phi == 1.0 ? c->next[o] : contact_pose(obstacle, c->clocks[o]);
+    }
+}
+
+bool obstacle_check(Contact *c, ContactView view, double dt) {
+    int obstacles = c->def->obstacle_count;
+    bool again = false;
+    for (int i = 0; i < c->surface.group_count * obstacles; i++) {
+        const GroupMotion *motion = &c->motion[i / obstacles];
+        GroupTouch *group = &c->group_touches[i];
+        group->speed = vec3_length(motion->velocity) + motion->deviation +
+                       c->obstacle_speed[i % obstacles];
+        again = again || group->speed * dt > CONTACT_PLANE_SHARE * group->near;
+    }
+    if (again && search(c, view, false, dt)) {
+        evaluate(c, view);
+    }
+    return again;
+}
+
+void obstacle_advance(Contact *c, double dt) {
+    for (int i = 0; i < c->surface.group_count * c->def->obstacle_count; i++) {
+        c->group_touches[i].path += c->group_touches[i].speed * dt;
+    }
+}
+
+double obstacle_energy(const Contact *c, ContactView view, double dt) {
+    double energy = 0.0;
+    (void)view;
+    for (int t = 0; t < c->touch_count; t++) {
+        const Touch *touch = &c->touches[t];
+        bool vertex = touch->place[1] < 0;
+        bool corner = touch->feature == 1 || touch->feature == 2 || touch->feature == 4;
+        double force, curvature, k = CONTACT_STIFFNESS * touch_mass(c, touch) / (dt * dt);
+        if (c->group_touches[touch->owner].path >= c->touch_due[t] && (vertex || !corner)) {
+            double share = vertex || touch->feature == 7 ? 1.0 : 0.5;
+            energy += share * contact_law(touch->distance, touch_distance(c, touch), k, &force,
+                                          &curvature);
+        }
+    }
+    return energy;
+}
+
+double obstacle_room(const Contact *c) {
+    double room = c->touch_count > 0 ? 0.0 : INFINITY;
+    for (int i = 0; i < c->surface.group_count * c->def->obstacle_count; i++) {
+        room = fmin(room, c->group_touches[i].limit - c->group_touches[i].path);
+    }
+    return fmax(room, 0.0);
+}
+
+int obstacle_remember(const Contact *c, PairMemory *memory, int room) {
+    int count = 0;
+    for (int t = 0; t < c->touch_count && count < room; t++) {
+        const Touch *touch = &c->touches[t];
+        if (touch->place[1] >= 0 && vec3_dot(touch->bristle, touch->bristle) > 0.0) {
+            touch_key(touch, memory[count].place);
+            vec3_store(memory[count++].bristle, touch->bristle);
+        }
+    }
+    return count;
+}

@@ -1,0 +1,32 @@
+/* pair.c: closest points of vertex and triangle, edge and edge. */
+#include "sim/contact/constants.h"
+#include "sim/contact/lists.h"
+#include "sim/geom/closest.h"
+
+void pair_evaluate(const Points *points, Pair *pair) {
+    Vec3 x[4];
+    for (int k = 0; k < 4; k++) {
+        x[k] = point_at(points, pair->place[k]);
+    }
+    double *w = pair->weight;
+    pair->soft = 1.0;
+    if (pair->kind == PAIR_FACE) {
+        pair->feature = closest_on_triangle(x[0], x[1], x[2], x[3], w + 1);
+        w[0] = 1.0, w[1] = -w[1], w[2] = -w[2], w[3] = -w[3];
+    } else {
+        double s, t, sine2;
+        pair->feature = closest_on_segments(x[0], x[1], x[2], x[3], &s, &t, &sine2);
+        w[0] = 1.0 - s, w[1] = s, w[2] = t - 1.0, w[3] = -t;
+        double g = sine2 / CONTACT_PARALLEL;
+        pair->soft = g < 1.0 ? g * (2.0 - g) : 1.0;
+    }
+    /* differences first: no cancellation of large coordinates */
+    Vec3 apart = {0, 0, 0};
+    for (int k = 0; k < 3; k++) {
+        apart = vec3_axpy(apart, w[k], vec3_sub(x[k], x[3]));
+    }
+    pair->distance = vec3_length(apart);
+    if (pair->distance > 0.0) {
+        pair->normal = vec3_scale(1.0 / pair->distance, apart);
+    }
+}

@@ -1,0 +1,365 @@
+/* self.c: contact of cloth with cloth on the explicit road (explicit.md 3, 4, 10.4). */
+#include <math.h>
+#include <string.h>
+
+#include "sim/contact/engine.h"
+
+/* ---- motion of groups ---- */
+
+static void move_group(Contact *c, ContactView view, int g) {
+    const SurfaceGroup *group = &c->surface.groups[g];
+    const int *vertices = c->surface.group_vertices;
+    Vec3 middle = contact_velocity(view, vertices[(group->vertex_begin + group->vertex_end) / 2]);
+    double most = 0.0;
+    for (int k = group->vertex_begin; k < group->vertex_end; k++) {
+        Vec3 d = vec3_sub(contact_velocity(view, vertices[k]), middle);
+        double square = vec3_dot(d, d);
+        most = square > most ? square : most;
+    }
+    c->motion[g] = (GroupMotion){middle, sqrt(most)};
+}
+
+void self_move_groups(Contact *c, ContactView view) {
+    for (int g = 0; g < c->surface.group_count; g++) {
+        move_group(c, view, g);
+    }
+}
+
+static double relative_speed(const Contact *c, const GroupPair *pair) {
+    const GroupMotion *a = &c->motion[pair->a], *b = &c->motion[pair->b];
+    return vec3_length(vec3_sub(a->velocity, b->velocity)) + a->deviation + b->deviation;
+}
+
+/* [m/s] fastest motion of any group relative to their mean */
+static double fastest_group(const Contact *c) {
+    Vec3 mean = {0, 0, 0};
+    int count = c->surface.group_count;
+    for (int g = 0; g < count; g++) {
+        mean = vec3_axpy(mean, 1.0 / count, c->motion[g].velocity);
+    }
+    double most = 0.0;
+    for (int g = 0; g < count; g++) {
+        double speed = vec3_length(vec3_sub(c->motion[g].velocity, mean)) + c->motion[g].deviation;
+        most = fmax(most, speed);
+    }
+    return most;
+}
+
+/* ---- lists ---- */
+
+static void make_room(Contact *c) {
+    if (c->wanted_room < c->lists.group_pair_room) {
+        c->wanted_room = c->lists.group_pair_room;
+        c->wanted = arena_push(c->arena, unsigned char, c->wanted_room);
+    }
+}
+
+/* the pairs that are due by their group pair's path, evaluated */
+static void evaluate(Contact *c, ContactView view) {
+    Lists *l = &c->lists;
+    Points x = contact_positions(view);
+    if (c->due_room < l->pair_room) {
+        c->due_room = l->pair_room;
+        c->due_pairs = arena_push(c->arena, int, c->due_room);
+    }
+    c->due_count = 0;
+    for (int p = 0; p < l->pair_count; p++) {
+        const GroupPair *owner = &l->group_pairs[l->owner[p]];
+        if (owner->path < l->due[p]) {
+            continue;
+        }
+        Pair *pair = &l->pairs[p];
+        pair_evaluate(&x, pair);
+        l->due[p] = owner->path + pair->distance - owner->near;
+        if (pair->distance <= owner->near) {
+            c->due_pairs[c->due_count++] = p;
+        } else {
+            pair->bristle = vec3(0, 0, 0);
+        }
+    }
+    c->statistics.evaluations += c->due_count;
+    c->statistics.pairs += l->pair_count;
+}
+
+/* searches every group pair whose `wanted` is set; what is evaluated stays valid */
+static void search(Contact *c, ContactView view, double dt) {
+    Points x = contact_positions(view);
+    lists_query(&c->lists, &x, c->wanted, dt);
+    c->statistics.rebuilds++;
+    evaluate(c, view);
+}
+
+static void remake(Contact *c, ContactView view, double dt) {
+    Points x = contact_positions(view);
+    double fastest = 2.0 * fastest_group(c) * dt;
+    double least = c->def->distance * (1.0 + CONTACT_LEAST_SLACK) +
+                   (CONTACT_NEAR_STEPS + CONTACT_SLACK_STEPS) * fastest;
+    lists_remake(&c->lists, &x, least);
+    make_room(c);
+}
+
+void self_begin(Contact *c, ContactView view, double dt) {
+    Lists *l = &c->lists;
+    l->stamp++;
+    self_move_groups(c, view);
+    remake(c, view, dt);
+    for (int i = 0; i < l->group_pair_count; i++) {
+        l->group_pairs[i].speed = relative_speed(c, &l->group_pairs[i]);
+        c->wanted[i] = 1;
+    }
+    search(c, view, dt);
+}
+
+/* ---- forces ---- */
+
+static double pair_mass(const Contact *c, const Pair *pair) {
+    double a = c->panel_mass[c->panel_of[pair->place[0]]];
+    double b = c->panel_mass[c->panel_of[pair->place[3]]];
+    return a < b ? a : b;
+}
+
+static double pair_stiffness(const Contact *c, const Pair *pair, double dt) {
+    return CONTACT_SELF_STIFFNESS * pair->soft * pair_mass(c, pair) / (dt * dt);
+}
+
+static double pair_friction(const Contact *c, const Pair *pair) {
+    return sqrt(c->def->friction[pair->place[0]] * c->def->friction[pair->place[3]]);
+}
+
+static Vec3 pair_velocity(ContactView view, const Pair *pair) {
+    Vec3 v = {0, 0, 0};
+    for (int k = 0; k < 4; k++) {
+        v = vec3_axpy(v, pair->weight[k], contact_velocity(view, pair->place[k]));
+    }
+    return v;
+}
+
+/* an edge-edge pair counts when both points lie inside their edges; a vertex-triangle pair
+ * always, but once for every vertex or edge of the other side (explicit.md 10.4) */
+static uint64_t contact_key(const Pair *pair) {
+    uint64_t a = (uint64_t)pair->place[0], low = UINT32_MAX, high = 0;
+    int corners = 0;
+    for (int k = 0; k < 3; k++) {
+        if (pair->feature & (1 << k)) {
+            uint64_t p = (uint64_t)pair->place[1 + k];
+            low = p < low ? p : low, high = p > high ? p : high;
+            corners++;
+        }
+    }
+    if (corners == 1) { /* two vertices: the same from either side */
+        high = a > low ? a : low, low = a > low ? low : a, a = 0x1fffff;
+    }
+    return (a << 42) | (low << 21) | high;
+}
+
+static void push_pair(Contact *c, ContactView view, Pair *pair, double dt, double share) {
+    double force, curvature, mass = pair_mass(c, pair), k = pair_stiffness(c, pair, dt);
+    contact_law(pair->distance, pair->dhat, k, &force, &curvature);
+    Vec3 v = pair_velocity(view, pair);
+    double vn = vec3_dot(v, pair->normal), damping = 2.0 * CONTACT_SELF_DAMPING * sqrt(k * mass);
+    double total = fmax(0.0, force - damping * vn);
+    c->statistics.damping += (force - total) * vn * share * dt;
+    Vec3 sliding = vec3_axpy(v, -vn, pair->normal);
+    Vec3 sum = vec3_scale(total, pair->normal);
+    sum = vec3_add(sum, contact_friction(c, &pair->bristle, pair->normal, sliding, share * dt,
+                                         total * pair_friction(c, pair),
+                                         CONTACT_BRISTLE_SHARE * k, mass));
+    for (int a = 0; a < 4; a++) {
+        double w = pair->weight[a];
+        if (w != 0.0) {
+            contact_push(c, view, pair->place[a], vec3_scale(w, sum),
+                         fabs(w) * 2.0 * (curvature + damping / dt));
+        }
+    }
+}
+
+static bool all_held(ContactView view, const Pair *pair) {
+    return view.held[pair->place[0]] && view.held[pair->place[1]] && view.held[pair->place[2]] &&
+           view.held[pair->place[3]];
+}
+
+/* does the pair give a force? If another pair stands for it, its bristle is that pair's */
+static bool is_active(Contact *c, ContactView view, int p) {
+    Pair *pair = &c->lists.pairs[p];
+    if (pair->distance >= pair->dhat || all_held(view, pair) ||
+        (pair->kind == PAIR_EDGES && pair->feature != 3)) {
+        pair->bristle = vec3(0, 0, 0);
+        return false;
+    }
+    bool clamped = pair->kind == PAIR_FACE && pair->feature != 7;
+    int twin = clamped ? contact_find_twin(c, contact_key(pair), p) : -1;
+    if (twin >= 0) {
+        pair->bristle = c->lists.pairs[twin].bristle; /* whichever is first after a search */
+    }
+    return twin < 0;
+}
+
+void self_forces(Contact *c, ContactView view, double dt, double share) {
+    Lists *l = &c->lists;
+    int spent = 0;
+    for (int i = 0; i < l->group_pair_count; i++) {
+        c->wanted[i] = l->group_pairs[i].path > l->group_pairs[i].limit;
+        spent += c->wanted[i];
+    }
+    if (spent > 0) {
+        search(c, view, dt);
+    } else {
+        evaluate(c, view);
+    }
+    contact_clear_twins(c, c->due_count);
+    for (int k = 0; k < c->due_count; k++) {
+        Pair *pair = &l->pairs[c->due_pairs[k]];
+        c->statistics.smallest_self_gap = fmin(c->statistics.smallest_self_gap, pair->distance);
+        if (is_active(c, view, c->due_pairs[k])) {
+            push_pair(c, view, pair, dt, share);
+        }
+    }
+}
+
+double self_energy(Contact *c, ContactView view, double dt) {
+    double energy = 0.0;
+    contact_clear_twins(c, c->due_count);
+    for (int k = 0; k < c->due_count; k++) {
+        const Pair *pair = &c->lists.pairs[c->due_pairs[k]];
+        double force, curvature;
+        if (is_active(c, view, c->due_pairs[k])) {
+            energy += contact_law(pair->distance, pair->dhat, pair_stiffness(c, pair, dt), &force,
+                                  &curvature);
+        }
+    }
+    return energy;
+}
+
+/* ---- guard ---- */
+
+/* with the velocities after the kick */
+void self_refresh(Contact *c, ContactView view, double dt) {
+    Lists *l = &c->lists;
+    self_move_groups(c, view);
+    double step = 2.0 * fastest_group(c) * dt;
+    bool remade = l->spent + step > l->reach - l->widest;
+    if (remade) {
+        remake(c, view, dt);
+    }
+    int wanted = 0;
+    for (int i = 0; i < l->group_pair_count; i++) {
+        GroupPair *pair = &l->group_pairs[i];
+        pair->speed = relative_speed(c, pair);
+        c->wanted[i] = CONTACT_LEAST_NEAR_STEPS * pair->speed * dt > pair->near || pair->limit < 0.0;
+        wanted += c->wanted[i];
+    }
+    if (wanted > 0 || remade) {
+        search(c, view, dt);
+    }
+    c->level_step = step;
+}
+
+static void pair_impulse(Contact *c, ContactView view, const Pair *pair, double dt) {
+    double floor = CONTACT_IMPULSE_GAP * pair->dhat;
+    double vn = vec3_dot(pair_velocity(view, pair), pair->normal);
+    double least = pair->distance > floor ? (floor - pair->distance) / dt : 0.0;
+    if (vn >= least) {
+        return;
+    }
+    double mobility = 0.0;
+    for (int a = 0; a < 4; a++) {
+        double w = pair->weight[a];
+        mobility += w * w * contact_mobility(c, view, pair->place[a]);
+    }
+    if (mobility <= 0.0) {
+        return;
+    }
+    double impulse = (least - vn) / mobility;
+    c->statistics.impulses++;
+    c->statistics.guard += impulse * -0.5 * (least + vn);
+    for (int a = 0; a < 4; a++) {
+        double share = impulse * pair->weight[a] * contact_mobility(c, view, pair->place[a]);
+        if (share != 0.0) {
+            Vec3 v = contact_velocity(view, pair->place[a]);
+            contact_set_velocity(view, pair->place[a], vec3_axpy(v, share, pair->normal));
+            contact_mark_changed(c, pair->place[a]);
+        }
+    }
+}
+
+void self_impulses(Contact *c, ContactView view, double dt) {
+    for (int k = 0; k < c->due_count; k++) {
+        const Pair *pair = &c->lists.pairs[c->due_pairs[k]];
+        double vn = vec3_dot(pair_velocity(view, pair), pair->normal);
+        c->statistics.approach = fmax(c->statistics.approach, -vn);
+        pair_impulse(c, view, pair, dt);
+    }
+    for (int k = c->due_count - 1; k >= 0; k--) {
+        pair_impulse(c, view, &c->lists.pairs[c->due_pairs[k]], dt);
+    }
+}
+
+/* every vertex stays on its side of the plane through the middle of the closest points */
+static void pair_shorten(Contact *c, ContactView view, const Points *x, const Pair *pair, double dt) {
+    int first = pair->kind == PAIR_FACE ? 1 : 2;
+    Vec3 n = pair->normal, middle = {0, 0, 0};
+    for (int a = 0; a < first; a++) {
+        middle = vec3_axpy(middle, pair->weight[a], point_at(x, pair->place[a]));
+    }
+    middle = vec3_axpy(middle, -0.5 * pair->distance, n);
+    for (int a = 0; a < 4; a++) {
+        double side = a < first ? 1.0 : -1.0;
+        double approach = -side * dt * vec3_dot(n, contact_velocity(view, pair->place[a]));
+        if (approach <= 0.0) {
+            continue;
+        }
+        double height = side * vec3_dot(n, vec3_sub(point_at(x, pair->place[a]), middle));
+        double room = CONTACT_PLANE_SHARE * (height - CONTACT_MIDDLE_FLOOR * pair->dhat);
+        if (approach > room) {
+            contact_shorten(c, pair->place[a], fmax(room, 0.0) / approach);
+        }
+    }
+}
+
+void self_shorten(Contact *c, ContactView view, double dt) {
+    Points x = contact_positions(view);
+    for (int k = 0; k < c->due_count; k++) {
+        pair_shorten(c, view, &x, &c->lists.pairs[c->due_pairs[k]], dt);
+    }
+}
+
+bool self_check(Contact *c, ContactView view, double dt) {
+    Lists *l = &c->lists;
+    for (int k = 0; k < c->changed_count; k++) {
+        int place = c->changed[k];
+        for (int m = c->vertex_group_begin[place]; m < c->vertex_group_begin[place + 1]; m++) {
+            move_group(c, view, c->vertex_groups[m]);
+        }
+    }
+    c->level_step = fmax(c->level_step, 2.0 * fastest_group(c) * dt);
+    bool again = false;
+    for (int i = 0; i < l->group_pair_count; i++) {
+        GroupPair *pair = &l->group_pairs[i];
+        pair->speed = relative_speed(c, pair);
+        c->wanted[i] = pair->speed * dt > CONTACT_PLANE_SHARE * pair->near;
+        again = again || c->wanted[i];
+    }
+    if (again) {
+        search(c, view, dt);
+    }
+    return again;
+}
+
+void self_advance(Contact *c, double dt) {
+    c->lists.spent += c->level_step;
+    for (int i = 0; i < c->lists.group_pair_count; i++) {
+        c->lists.group_pairs[i].path += c->lists.group_pairs[i].speed * dt;
+    }
+}
+
+double self_room(const Contact *c) {
+    const Lists *l = &c->lists;
+    if (l->pair_count > 0) {
+        return 0.0;
+    }
+    double room = l->reach - l->widest - l->spent;
+    for (int i = 0; i < l->group_pair_count; i++) {
+        room = fmin(room, l->group_pairs[i].limit - l->group_pairs[i].path);
+    }
+    return fmax(room, 0.0);
+}

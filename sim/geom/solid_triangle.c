@@ -1,0 +1,126 @@
+/* solid_triangle.c: where a triangle comes nearest to a convex solid. The signed distance d is
+ * convex, and its gradient is the normal: a corner is the place if d does not fall towards the
+ * other two; a point of a side if d does not fall towards the third corner; otherwise the place
+ * is inside, where the normal is that of the triangle, below the solid's support point. */
+#include <stdbool.h>
+
+#include "sim/geom/solid.h"
+
+#define MOST_ROUNDS 60     /* of the search along a side: halves the bracket at worst */
+#define SIDE_TOLERANCE 1e-9 /* of the side */
+#define FALL_TOLERANCE 1e-9 /* slope that counts as level */
+
+Vec3 solid_support_point(const Solid *solid, Vec3 d) {
+    Vec3 half = solid->half;
+    double r = solid->radius, across = sqrt(d.x * d.x + d.y * d.y);
+    Vec3 rim = across > 0.0 ? vec3(r * d.x / across, r * d.y / across, 0) : vec3(0, 0, 0);
+    switch (solid->kind) {
+    case SOLID_SPHERE:
+        return vec3_scale(r, d);
+    case SOLID_BOX:
+        return vec3_axpy(vec3(copysign(half.x - r, d.x), copysign(half.y - r, d.y),
+                              copysign(half.z - r, d.z)),
+                         r, d);
+    case SOLID_CYLINDER:
+        return vec3(rim.x, rim.y, copysign(half.z, d.z));
+    case SOLID_CAPSULE:
+        return vec3_axpy(vec3(0, 0, copysign(half.z, d.z)), r, d);
+    case SOLID_CONE:
+        return d.z * half.z > across * r - d.z * half.z ? vec3(0, 0, half.z)
+                                                        : vec3(rim.x, rim.y, -half.z);
+    case SOLID_PLANE:
+        break;
+    }
+    return vec3(0, 0, 0);
+}
+
+typedef struct Side {
+    double at, distance; /* share of the way from the first end */
+    Vec3 normal;
+} Side;
+
+/* least distance between a and b, where the slopes da < 0 at a and db > 0 at b are known */
+static Side search_side(const Solid *solid, Vec3 a, Vec3 b, double da, double db) {
+    Vec3 along = vec3_sub(b, a);
+    double low = 0.0, high = 1.0;
+    int stuck = 0;
+    Side best = {0};
+    for (int round = 0; round < MOST_ROUNDS && high - low > SIDE_TOLERANCE; round++) {
+        double s = low - da * (high - low) / (db - da);
+        s = round % 3 == 2 || !(s > low && s < high) ? 0.5 * (low + high) : s;
+        best.at = s;
+        best.distance = solid_distance(solid, vec3_axpy(a, s, along), &best.normal);
+        double slope = vec3_dot(best.normal, along);
+        if (fabs(slope) <= FALL_TOLERANCE * vec3_length(along)) {
+            break;
+        }
+        int side = slope > 0.0 ? 1 : -1;
+        if (slope > 0.0) {
+            high = s, db = slope;
+            da *= stuck == side ? 0.5 : 1.0; /* Illinois: do not crawl from one end */
+        } else {
+            low = s, da = slope;
+            db *= stuck == side ? 0.5 : 1.0;
+        }
+        stuck = side;
+    }
+    return best;
+}
+
+/* inside of the face; false when the support point lies beside the triangle */
+static bool search_face(const Solid *solid, const Vec3 x[3], Vec3 normal, double w[3]) {
+    Vec3 e1 = vec3_sub(x[1], x[0]), e2 = vec3_sub(x[2], x[0]), up = vec3_cross(e1, e2);
+    double area2 = vec3_dot(up, up);
+    if (area2 <= 0.0) {
+        return false;
+    }
+    up = vec3_scale((vec3_dot(up, normal) < 0.0 ? -1.0 : 1.0) / sqrt(area2), up);
+    Vec3 r = vec3_sub(solid_support_point(solid, up), x[0]);
+    double a = vec3_dot(e1, e1), b = vec3_dot(e1, e2), c = vec3_dot(e2, e2);
+    double p = vec3_dot(e1, r), q = vec3_dot(e2, r), det = a * c - b * b;
+    w[1] = (c * p - b * q) / det;
+    w[2] = (a * q - b * p) / det;
+    w[0] = 1.0 - w[1] - w[2];
+    return w[0] > 0.0 && w[1] > 0.0 && w[2] > 0.0;
+}
+
+int solid_nearest_on_triangle(const Solid *solid, const Vec3 x[3], const double distance[3],
+                              const Vec3 normal[3], double w[3]) {
+    int low = distance[0] <= distance[1] ? 0 : 1;
+    low = distance[2] < distance[low] ? 2 : low;
+    int feature = 1 << low, third = -1;
+    double best = distance[low];
+    Vec3 up = normal[low];
+    w[0] = w[1] = w[2] = 0.0;
+    w[low] = 1.0;
+    for (int k = 0; k < 3; k++) {
+        int a = k, b = (k + 1) % 3;
+        Vec3 along = vec3_sub(x[b], x[a]);
+        double da = vec3_dot(normal[a], along), db = vec3_dot(normal[b], along);
+        double level = FALL_TOLERANCE * vec3_length(along);
+        if (da >= -level || db <= level) {
+            continue;
+        }
+        Side side = search_side(solid, x[a], x[b], da, db);
+        if (side.distance < best) {
+            best = side.distance;
+            up = side.normal;
+            third = (k + 2) % 3;
+            feature = (1 << a) | (1 << b);
+            w[a] = 1.0 - side.at, w[b] = side.at, w[third] = 0.0;
+        }
+    }
+    Vec3 p = vec3_add(vec3_add(vec3_scale(w[0], x[0]), vec3_scale(w[1], x[1])),
+                      vec3_scale(w[2], x[2]));
+    double fall = 0.0;
+    for (int k = 0; k < 3; k++) {
+        Vec3 to = vec3_sub(x[k], p);
+        fall = fmin(fall, vec3_dot(up, to) + FALL_TOLERANCE * vec3_length(to));
+    }
+    double inside[3];
+    if (fall < 0.0 && search_face(solid, x, up, inside)) {
+        w[0] = inside[0], w[1] = inside[1], w[2] = inside[2];
+        return 7;
+    }
+    return feature;
+}
