@@ -57,7 +57,6 @@ static void print_skipped(const Sim *sim, FILE *out) {
     if (!clamped) {
         fprintf(out, "  skipped: ghost nodes (nothing is clamped)\n");
     }
-    fprintf(out, "  not done: contact of the cloth with itself\n");
 }
 
 static void print_json(const Sim *sim, const Cost *cost, FILE *out) {
@@ -130,7 +129,18 @@ void plan_print_summary(const Sim *sim, FILE *out, bool json) {
         } else {
             fprintf(out, "%.3g mm", 1e3 * t->smallest_gap);
         }
-        fprintf(out, ", impulses %.0f, shortened moves %.0f, lag %.2g s\n", t->impulses,
-                t->truncations, t->lag);
+        fprintf(out, ", lag %.2g s\n", t->lag);
+    }
+    if (sim->system.contact.self) {
+        fprintf(out, "sim: smallest gap of cloth to cloth %.3g mm\n", 1e3 * t->smallest_self_gap);
+    }
+    if (system_has_contact(&sim->system)) {
+        fprintf(out,
+                "sim: impulses %.0f, shortened moves %.0f, searches %.0f; last frame: %.0f pairs "
+                "listed, %.0f near\n",
+                t->impulses, t->truncations, t->rebuilds, sim->statistics.pairs,
+                sim->statistics.evaluations);
+        fprintf(out, "sim: friction took %.3g J, contact damping %.3g J, the guard %.3g J\n",
+                t->friction, t->damping, t->guard);
     }
 }

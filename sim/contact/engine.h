@@ -23,6 +23,7 @@ typedef struct Touch {
     Vec3 point;      /* closest point of the obstacle */
     double weight[3];
     int feature; /* corners that hold the closest point of the cloth */
+    bool spare;  /* a triangle over a flat face: the planes of its corners do for it */
     Vec3 bristle;
 } Touch;
 

@@ -15,6 +15,8 @@ static double *vertex_bristle(const Contact *c, int place, int obstacle) {
 
 /* ---- distances ---- */
 
+static bool vec3_same(Vec3 a, Vec3 b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
+
 static const VertexDistance *vertex_distance(Contact *c, const Points *x, int place, int obstacle) {
     VertexDistance *v =
         &c->distances[(size_t)place * (size_t)c->def->obstacle_count + (size_t)obstacle];
@@ -53,7 +55,8 @@ static void search_triangle(const Contact *c, Touch *touch, const Vec3 p[3], con
  * points are looked for only where there may be a force. */
 static void evaluate_triangle(Contact *c, const Points *x, Touch *touch) {
     Vec3 p[3], n[3];
-    double d[3], bound = -INFINITY;
+    touch->spare = false;
+    double d[3], bound = -INFINITY, dhat = c->def->vertex_distance[touch->place[0]];
     int best = 0;
     for (int k = 0; k < 3; k++) {
         const VertexDistance *v = vertex_distance(c, x, touch->place[k], touch->obstacle);
@@ -69,10 +72,13 @@ static void evaluate_triangle(Contact *c, const Points *x, Touch *touch) {
         best = least > bound ? a : best;
         bound = least > bound ? least : bound;
     }
-    if (bound < d[best] && bound < c->def->vertex_distance[touch->place[0]]) {
+    double lowest = d[0] < d[1] ? d[0] : d[1];
+    lowest = d[2] < lowest ? d[2] : lowest;
+    if (bound < lowest - CONTACT_LEVEL * dhat && bound < dhat) {
         search_triangle(c, touch, p, d, n);
         return;
     }
+    touch->spare = vec3_same(n[0], n[1]) && vec3_same(n[1], n[2]);
     touch->feature = 1 << best;
     touch->weight[0] = touch->weight[1] = touch->weight[2] = 0.0;
     touch->weight[best] = 1.0;
@@ -378,7 +384,7 @@ static void evaluate(Contact *c, ContactView view) {
         }
         evaluate_touch(c, &x, touch);
         c->touch_due[t] = group->path + touch->distance - group->near;
-        if (touch->distance <= group->near) {
+        if (touch->distance <= group->near && !touch->spare) {
             c->due_touches[c->due_touch_count++] = t;
         } else {
             forget(c, touch);

@@ -8,6 +8,7 @@
 
 #define MOST_ROUNDS 60     /* of the search along a side: halves the bracket at worst */
 #define SIDE_TOLERANCE 1e-9 /* of the side */
+#define LEVEL_SLOPE 1e-6 /* ends a search: the error of the distance is its square */
 #define FALL_TOLERANCE 1e-9 /* slope that counts as level */
 
 Vec3 solid_support_point(const Solid *solid, Vec3 d) {
@@ -39,19 +40,64 @@ typedef struct Side {
     Vec3 normal;
 } Side;
 
+/* half the slope of the squared distance from the core of a box at p + s t, and its own slope */
+static double box_slope(const double core[3], const double p[3], const double t[3], double s,
+                        double *rise) {
+    double slope = 0.0;
+    *rise = 0.0;
+    for (int c = 0; c < 3; c++) {
+        double q = p[c] + s * t[c];
+        if (fabs(q) > core[c]) {
+            slope += t[c] * (q - copysign(core[c], q));
+            *rise += t[c] * t[c];
+        }
+    }
+    return slope;
+}
+
+/* On a box that slope is linear between the places where a coordinate enters or leaves the core.
+ * False inside the core. */
+static bool search_box_side(const Solid *box, Vec3 a, Vec3 b, Side *best) {
+    double p[3] = {a.x, a.y, a.z}, t[3] = {b.x - a.x, b.y - a.y, b.z - a.z};
+    double core[3] = {box->half.x - box->radius, box->half.y - box->radius,
+                      box->half.z - box->radius};
+    double low = 0.0, high = 1.0, rise;
+    for (int k = 0; k < 6; k++) {
+        int c = k / 2;
+        double at = ((k % 2 ? core[c] : -core[c]) - p[c]) / t[c];
+        if (at > low && at < high) {
+            if (box_slope(core, p, t, at, &rise) > 0.0) {
+                high = at;
+            } else {
+                low = at;
+            }
+        }
+    }
+    double middle = 0.5 * (low + high), slope = box_slope(core, p, t, middle, &rise);
+    if (rise <= 0.0) {
+        return false;
+    }
+    best->at = fmin(fmax(middle - slope / rise, low), high);
+    best->distance = solid_distance(box, vec3_axpy(a, best->at, vec3_sub(b, a)), &best->normal);
+    return true;
+}
+
 /* least distance between a and b, where the slopes da < 0 at a and db > 0 at b are known */
 static Side search_side(const Solid *solid, Vec3 a, Vec3 b, double da, double db) {
     Vec3 along = vec3_sub(b, a);
     double low = 0.0, high = 1.0;
     int stuck = 0;
-    Side best = {0};
+    Side best = {.at = -da / (db - da)};
+    if (solid->kind == SOLID_BOX && search_box_side(solid, a, b, &best)) {
+        return best;
+    }
     for (int round = 0; round < MOST_ROUNDS && high - low > SIDE_TOLERANCE; round++) {
         double s = low - da * (high - low) / (db - da);
         s = round % 3 == 2 || !(s > low && s < high) ? 0.5 * (low + high) : s;
         best.at = s;
         best.distance = solid_distance(solid, vec3_axpy(a, s, along), &best.normal);
         double slope = vec3_dot(best.normal, along);
-        if (fabs(slope) <= FALL_TOLERANCE * vec3_length(along)) {
+        if (fabs(slope) <= LEVEL_SLOPE * vec3_length(along)) {
             break;
         }
         int side = slope > 0.0 ? 1 : -1;
