@@ -17,6 +17,7 @@ ifeq ($(config),release)
 CFLAGS += -O2
 # small fixed loops over slopes and strains: unrolled they cost half
 $(BUILD)/sim/model/strain.o: CFLAGS += -O3
+$(BUILD)/sim/contact/%.o: CFLAGS += -O3
 else ifeq ($(config),debug)
 CFLAGS += -O0
 else ifeq ($(config),sanitize)

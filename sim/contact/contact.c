@@ -83,6 +83,7 @@ static void create_obstacles(Contact *c, Arena *arena) {
     c->group_touches = arena_push(arena, GroupTouch, c->surface.group_count * o);
     c->distances = arena_push(arena, VertexDistance, n * o);
     c->poses = arena_push(arena, Pose, o);
+    c->frames = arena_push(arena, Frame, o);
     c->next = arena_push(arena, Pose, o);
     c->clocks = arena_push(arena, double, o);
     c->next_clocks = arena_push(arena, double, o);

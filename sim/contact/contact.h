@@ -36,10 +36,10 @@ typedef struct ContactDef {
     int obstacle_count;
     const ContactObstacle *obstacles;
     int panel_count;
-    const SurfacePanel *panels; /* (panel_count) one per cloth */
-    int vertex_count;           /* places, ghosts among them */
-    const double *mass;         /* [kg] (vertex_count); 0: never in contact (ghosts) */
-    const double *friction;     /* (vertex_count) of the fabric */
+    const SurfacePanel *panels;    /* (panel_count) one per cloth */
+    int vertex_count;              /* places, ghosts among them */
+    const double *mass;            /* [kg] (vertex_count); 0: never in contact (ghosts) */
+    const double *friction;        /* (vertex_count) of the fabric */
     const double *vertex_distance; /* [m] (vertex_count) contact distance */
     const double *start;           /* [m] (vertex_count x 3) positions at t = 0 */
 } ContactDef;
@@ -54,20 +54,20 @@ typedef struct ContactView {
 typedef struct ContactStatistics {
     double smallest_gap, smallest_self_gap; /* [m] to obstacles; of cloth to cloth */
     double truncations, impulses, rebuilds;
-    double pairs, evaluations; /* summed over steps: listed, looked at */
-    double work;               /* [J] done on the cloth by moving obstacles */
+    double pairs, evaluations;       /* summed over steps: listed, looked at */
+    double work;                     /* [J] done on the cloth by moving obstacles */
     double friction, damping, guard; /* [J] taken out of the cloth */
-    double approach;           /* [m/s] fastest approach of a near pair */
+    double approach;                 /* [m/s] fastest approach of a near pair */
 } ContactStatistics;
 
 typedef struct Contact Contact;
 
 /* What a contact keeps from one interval to the next. */
 typedef struct ContactMemory {
-    Pose *poses;         /* (obstacle_count) where the obstacles are */
-    double *clocks;      /* [s] (obstacle_count) time in each obstacle's own programme */
-    double *bristles;    /* [m] (vertex_count x obstacle_count x 3) of vertices at obstacles */
-    PairMemory *pairs;   /* (pair_room) all other bristles: touch_count at obstacles, then cloth */
+    Pose *poses;       /* (obstacle_count) where the obstacles are */
+    double *clocks;    /* [s] (obstacle_count) time in each obstacle's own programme */
+    double *bristles;  /* [m] (vertex_count x obstacle_count x 3) of vertices at obstacles */
+    PairMemory *pairs; /* (pair_room) all other bristles: touch_count at obstacles, then cloth */
     int touch_count, pair_count, pair_room;
     double approach; /* [m/s] fastest of a near pair in the last interval */
 } ContactMemory;

@@ -39,33 +39,38 @@ typedef struct VertexDistance {
     Vec3 normal;
 } VertexDistance;
 
+/* A pose as its axes, which is quicker to apply. */
+typedef struct Frame {
+    Vec3 origin, axis[3];
+} Frame;
+
 struct Contact {
     const ContactDef *def;
     Arena *arena;
     Surface surface;
     Lists lists;
-    GroupMotion *motion;      /* (group_count) */
-    int *vertex_group_begin;  /* (vertex_count + 1) */
-    int *vertex_groups;       /* groups of every vertex */
-    unsigned char *wanted;    /* (group_pair_room) group pairs to be searched */
+    GroupMotion *motion;     /* (group_count) */
+    int *vertex_group_begin; /* (vertex_count + 1) */
+    int *vertex_groups;      /* groups of every vertex */
+    unsigned char *wanted;   /* (group_pair_room) group pairs to be searched */
     int wanted_room;
-    int *due_pairs;           /* pairs evaluated in this step */
+    int *due_pairs; /* pairs evaluated in this step */
     int due_count, due_room;
-    uint64_t *seen;           /* hash set of contacts that already gave a force */
+    uint64_t *seen; /* hash set of contacts that already gave a force */
     int seen_room;
     int *seen_pair;
-    double *stiff;            /* [N/m] (vertex_count) sum of contact stiffness, see CONTACT_STABLE_SHARE */
-    int *touched;             /* vertices with forces in this step */
+    double *stiff; /* [N/m] (vertex_count) sum of contact stiffness, see CONTACT_STABLE_SHARE */
+    int *touched;  /* vertices with forces in this step */
     unsigned char *is_touched;
     int touched_count;
-    double *scale;            /* (vertex_count) share of a motion that the planes leave */
-    int *changed;             /* vertices whose velocity the guard changed */
+    double *scale; /* (vertex_count) share of a motion that the planes leave */
+    int *changed;  /* vertices whose velocity the guard changed */
     unsigned char *is_changed;
     int changed_count;
-    double level_step;        /* [m] how much nearer any two groups come in this step, at most */
-    double *weight_kept;      /* [1/kg] (vertex_count) lanes weight without contact */
-    double *panel_mass;       /* [kg] (panel_count) mean of a node */
-    int *panel_of;            /* (vertex_count) */
+    double level_step;   /* [m] how much nearer any two groups come in this step, at most */
+    double *weight_kept; /* [1/kg] (vertex_count) lanes weight without contact */
+    double *panel_mass;  /* [kg] (panel_count) mean of a node */
+    int *panel_of;       /* (vertex_count) */
     /* obstacles */
     GroupTouch *group_touches; /* (group_count x obstacle_count) */
     Touch *touches;
@@ -75,9 +80,10 @@ struct Contact {
     int due_touch_count;
     VertexDistance *distances; /* (vertex_count x obstacle_count) */
     Pose *poses, *next;        /* (obstacle_count) now; demanded at the end of the step */
+    Frame *frames;             /* (obstacle_count) of poses */
     double *clocks, *next_clocks, *obstacle_speed;
-    double *bristles;          /* [m] (vertex_count x obstacle_count x 3) */
-    PairMemory *touch_memory;  /* bristles of edges and faces at obstacles from the last interval */
+    double *bristles;         /* [m] (vertex_count x obstacle_count x 3) */
+    PairMemory *touch_memory; /* bristles of edges and faces at obstacles from the last interval */
     int touch_memory_count, touch_memory_room;
     /* nothing near anything: only this much motion is counted */
     bool quiet;

@@ -381,39 +381,49 @@ static void add_pair(const Search *s, PairKind kind, int a, int b, int c, int d)
     l->owner[l->pair_count++] = s->owner;
 }
 
-static Box box_of(const Points *x, const int *places, int count) {
-    Box box = box_empty();
-    for (int k = 0; k < count; k++) {
+static inline Box box_of(const Points *x, const int *places, int count) {
+    Vec3 first = point_at(x, places[0]);
+    Box box = {first, first};
+    for (int k = 1; k < count; k++) {
         box_add(&box, point_at(x, places[k]));
     }
     return box;
 }
 
-/* vertices owned by cell a against triangles of cell b */
-static void search_faces(const Search *s, const SurfaceCell *a, const SurfaceCell *b) {
-    for (int t = 0; t < b->triangle_count; t++) {
-        const int *corner = s->lists->surface->triangles + 3 * (size_t)b->triangle[t];
-        Box box = box_of(s->x, corner, 3);
-        for (int k = 0; k < a->vertex_count; k++) {
-            int v = a->vertex[k];
-            Box point = box_of(s->x, &v, 1);
-            bool shares = v == corner[0] || v == corner[1] || v == corner[2];
-            if (!shares && box_near(&point, &box, s->reach)) {
+/* vertices owned by cell a against triangles of cell b, whose box is known */
+static void search_faces(const Search *s, const SurfaceCell *a, const SurfaceCell *b,
+                         const Box *around) {
+    for (int k = 0; k < a->vertex_count; k++) {
+        int v = a->vertex[k];
+        Box point = box_of(s->x, &v, 1);
+        for (int t = 0; t < b->triangle_count && box_near(&point, around, s->reach); t++) {
+            const int *corner = s->lists->surface->triangles + 3 * (size_t)b->triangle[t];
+            if (v == corner[0] || v == corner[1] || v == corner[2]) {
+                continue;
+            }
+            Box box = box_of(s->x, corner, 3);
+            if (box_near(&point, &box, s->reach)) {
                 add_pair(s, PAIR_FACE, v, corner[0], corner[1], corner[2]);
             }
         }
     }
 }
 
-static void search_edges(const Search *s, const SurfaceCell *a, const SurfaceCell *b) {
+static void search_edges(const Search *s, const SurfaceCell *a, const SurfaceCell *b,
+                         const Box *around) {
     for (int i = 0; i < a->edge_count; i++) {
         const int *p = s->lists->surface->edges + 2 * (size_t)a->edge[i];
         Box box = box_of(s->x, p, 2);
+        if (!box_near(&box, around, s->reach)) {
+            continue;
+        }
         for (int j = a == b ? i + 1 : 0; j < b->edge_count; j++) {
             const int *q = s->lists->surface->edges + 2 * (size_t)b->edge[j];
-            bool shares = p[0] == q[0] || p[0] == q[1] || p[1] == q[0] || p[1] == q[1];
+            if (p[0] == q[0] || p[0] == q[1] || p[1] == q[0] || p[1] == q[1]) {
+                continue;
+            }
             Box other = box_of(s->x, q, 2);
-            if (!shares && box_near(&box, &other, s->reach)) {
+            if (box_near(&box, &other, s->reach)) {
                 add_pair(s, PAIR_EDGES, p[0], p[1], q[0], q[1]);
             }
         }
@@ -434,11 +444,12 @@ static void search_pair(const Search *s, const GroupPair *pair) {
             if (!box_near(box, &in_b->cell[j - b->cell_begin], s->reach)) {
                 continue;
             }
-            search_faces(s, p, q);
+            const Box *other = &in_b->cell[j - b->cell_begin];
+            search_faces(s, p, q, other);
             if (i != j) {
-                search_faces(s, q, p);
+                search_faces(s, q, p, box);
             }
-            search_edges(s, p, q);
+            search_edges(s, p, q, other);
         }
     }
 }
@@ -452,20 +463,22 @@ static void query_one(Lists *l, const Points *x, int index, double dt) {
     pair->near = fmax(dhat, CONTACT_NEAR_STEPS * step);
     l->widest = fmax(l->widest, pair->near);
     double slack = fmax(CONTACT_LEAST_SLACK * dhat, CONTACT_SLACK_STEPS * step);
-    bound_group(l, x, pair->a);
-    bound_group(l, x, pair->b);
-    double apart = pair->a == pair->b
-                       ? 0.0
-                       : box_distance(&l->bounds[pair->a].all, &l->bounds[pair->b].all);
-    apart = apart > pair->near + slack ? apart : fmax(apart, flat_distance(l, x, pair));
-    if (apart > pair->near + CONTACT_LEAST_SLACK * dhat) {
+    double enough = pair->near + CONTACT_LEAST_SLACK * dhat, apart = flat_distance(l, x, pair);
+    if (apart <= enough) {
+        bound_group(l, x, pair->a);
+        bound_group(l, x, pair->b);
+        if (pair->a != pair->b) {
+            apart = box_distance(&l->bounds[pair->a].all, &l->bounds[pair->b].all);
+        }
+    }
+    if (apart > enough) {
         pair->limit = pair->path + apart - pair->near;
         return;
     }
     l->statistics.queries++;
     bool one_panel = a->panel == b->panel && of_a->nu == 0;
-    Search search = {l, x, index, pair->near + slack, pair->near, dhat,
-                     one_panel, of_a->material, of_a->first};
+    Search search = {l,    x,         index,          pair->near + slack, pair->near,
+                     dhat, one_panel, of_a->material, of_a->first};
     search_pair(&search, pair);
     pair->limit = pair->path + slack;
 }

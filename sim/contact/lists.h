@@ -63,7 +63,7 @@ typedef struct PairMemory {
 typedef struct GroupBounds {
     Box cell[SURFACE_GROUP_CELLS];
     Box all;
-    Box gradient[2]; /* of dx/du, dx/dv on a lattice */
+    Box gradient[2];    /* of dx/du, dx/dv on a lattice */
     long boxed, graded; /* stamp of the positions that they belong to */
 } GroupBounds;
 
@@ -80,15 +80,15 @@ typedef struct Lists {
     long stamp;          /* changes when positions change */
     GroupPair *group_pairs, *old_group_pairs;
     int group_pair_count, group_pair_room;
-    int *renumber;   /* (group_pair_room) */
-    int *slots;      /* hash of group pairs, for remakes */
+    int *renumber; /* (group_pair_room) */
+    int *slots;    /* hash of group pairs, for remakes */
     int slot_count;
-    double reach;    /* [m] groups farther apart are not listed */
-    double spent;    /* [m] of it used up by motion */
-    double widest;   /* [m] largest `near` of any group pair */
-    Pair *pairs;     /* (pair_count) */
-    double *due;     /* [m] (pair_count) path of the group pair at which it must be looked at */
-    int *owner;      /* (pair_count) group pair */
+    double reach;  /* [m] groups farther apart are not listed */
+    double spent;  /* [m] of it used up by motion */
+    double widest; /* [m] largest `near` of any group pair */
+    Pair *pairs;   /* (pair_count) */
+    double *due;   /* [m] (pair_count) path of the group pair at which it must be looked at */
+    int *owner;    /* (pair_count) group pair */
     int pair_count, pair_room;
     PairMemory *kept; /* bristles of pairs that were dropped, as a hash table */
     int kept_count, kept_room;

@@ -9,8 +9,7 @@
 #include "sim/contact/engine.h"
 
 static double *vertex_bristle(const Contact *c, int place, int obstacle) {
-    return c->bristles +
-           3 * ((size_t)place * (size_t)c->def->obstacle_count + (size_t)obstacle);
+    return c->bristles + 3 * ((size_t)place * (size_t)c->def->obstacle_count + (size_t)obstacle);
 }
 
 /* ---- distances ---- */
@@ -21,10 +20,13 @@ static const VertexDistance *vertex_distance(Contact *c, const Points *x, int pl
     VertexDistance *v =
         &c->distances[(size_t)place * (size_t)c->def->obstacle_count + (size_t)obstacle];
     if (v->stamp != c->lists.stamp) {
-        Vec3 normal, p = pose_unapply(c->poses[obstacle], point_at(x, place));
+        const Frame *f = &c->frames[obstacle];
+        Vec3 normal, d = vec3_sub(point_at(x, place), f->origin);
+        Vec3 p = {vec3_dot(f->axis[0], d), vec3_dot(f->axis[1], d), vec3_dot(f->axis[2], d)};
         v->stamp = c->lists.stamp;
         v->distance = solid_distance(&c->def->obstacles[obstacle].solid, p, &normal);
-        v->normal = quat_rotate(c->poses[obstacle].turn, normal);
+        v->normal = vec3_axpy(vec3_axpy(vec3_scale(normal.x, f->axis[0]), normal.y, f->axis[1]),
+                              normal.z, f->axis[2]);
     }
     return v;
 }
@@ -143,8 +145,11 @@ static void search_cell(Contact *c, const Points *x, const SurfaceCell *cell, in
                         double slack) {
     const GroupTouch *group = &c->group_touches[owner];
     for (int k = 0; k < cell->vertex_count; k++) {
-        Touch touch = {.obstacle = o, .owner = owner, .place = {cell->vertex[k], -1, -1},
-                       .weight = {1.0}, .feature = 1};
+        Touch touch = {.obstacle = o,
+                       .owner = owner,
+                       .place = {cell->vertex[k], -1, -1},
+                       .weight = {1.0},
+                       .feature = 1};
         evaluate_touch(c, x, &touch);
         if (touch.distance <= group->near + slack) {
             add_touch(c, &touch, group->path + touch.distance - group->near);
@@ -239,7 +244,16 @@ void obstacle_restore(Contact *c, int first) {
     c->touch_memory_count = 0;
 }
 
+static Frame frame_of(Pose pose) {
+    return (Frame){pose.shift,
+                   {quat_rotate(pose.turn, vec3(1, 0, 0)), quat_rotate(pose.turn, vec3(0, 1, 0)),
+                    quat_rotate(pose.turn, vec3(0, 0, 1))}};
+}
+
 void obstacle_begin(Contact *c, ContactView view, double dt) {
+    for (int o = 0; o < c->def->obstacle_count; o++) {
+        c->frames[o] = frame_of(c->poses[o]);
+    }
     c->touch_count = 0;
     memset(c->group_touches, 0,
            (size_t)(c->surface.group_count * c->def->obstacle_count) * sizeof *c->group_touches);
@@ -306,8 +320,7 @@ static double reach_beyond(const Contact *c, const Touch *touch) {
         return vec3_dot(touch->normal, vec3_sub(moved, touch->point));
     }
     Vec3 local = quat_rotate(quat_inverse(pose.turn), touch->normal);
-    double reach =
-        solid_support(&obstacle->solid, local) + vec3_dot(touch->normal, pose.shift);
+    double reach = solid_support(&obstacle->solid, local) + vec3_dot(touch->normal, pose.shift);
     return reach - vec3_dot(touch->normal, touch->point);
 }
 
@@ -443,8 +456,8 @@ void obstacle_refresh(Contact *c, ContactView view, double dt) {
     int obstacles = c->def->obstacle_count;
     for (int i = 0; i < c->surface.group_count * obstacles; i++) {
         const GroupMotion *motion = &c->motion[i / obstacles];
-        c->group_touches[i].speed = vec3_length(motion->velocity) + motion->deviation +
-                                    c->obstacle_speed[i % obstacles];
+        c->group_touches[i].speed =
+            vec3_length(motion->velocity) + motion->deviation + c->obstacle_speed[i % obstacles];
     }
     if (search(c, view, false, dt)) {
         evaluate(c, view);
@@ -536,6 +549,7 @@ void obstacle_move(Contact *c, ContactView view, double dt) {
         double phi = free_share(c, view, &x, o, dt);
         c->clocks[o] += phi * (c->next_clocks[o] - c->clocks[o]);
         c->poses[o] = phi == 1.0 ? c->next[o] : contact_pose(obstacle, c->clocks[o]);
+        c->frames[o] = frame_of(c->poses[o]);
     }
 }
 
@@ -545,8 +559,8 @@ bool obstacle_check(Contact *c, ContactView view, double dt) {
     for (int i = 0; i < c->surface.group_count * obstacles; i++) {
         const GroupMotion *motion = &c->motion[i / obstacles];
         GroupTouch *group = &c->group_touches[i];
-        group->speed = vec3_length(motion->velocity) + motion->deviation +
-                       c->obstacle_speed[i % obstacles];
+        group->speed =
+            vec3_length(motion->velocity) + motion->deviation + c->obstacle_speed[i % obstacles];
         again = again || group->speed * dt > CONTACT_PLANE_SHARE * group->near;
     }
     if (again && search(c, view, false, dt)) {
@@ -571,8 +585,8 @@ double obstacle_energy(const Contact *c, ContactView view, double dt) {
         double force, curvature, k = CONTACT_STIFFNESS * touch_mass(c, touch) / (dt * dt);
         if (c->group_touches[touch->owner].path >= c->touch_due[t] && (vertex || !corner)) {
             double share = vertex || touch->feature == 7 ? 1.0 : 0.5;
-            energy += share * contact_law(touch->distance, touch_distance(c, touch), k, &force,
-                                          &curvature);
+            energy += share *
+                      contact_law(touch->distance, touch_distance(c, touch), k, &force, &curvature);
         }
     }
     return energy;

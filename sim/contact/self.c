@@ -162,8 +162,8 @@ static void push_pair(Contact *c, ContactView view, Pair *pair, double dt, doubl
     Vec3 sliding = vec3_axpy(v, -vn, pair->normal);
     Vec3 sum = vec3_scale(total, pair->normal);
     sum = vec3_add(sum, contact_friction(c, &pair->bristle, pair->normal, sliding, share * dt,
-                                         total * pair_friction(c, pair),
-                                         CONTACT_BRISTLE_SHARE * k, mass));
+                                         total * pair_friction(c, pair), CONTACT_BRISTLE_SHARE * k,
+                                         mass));
     for (int a = 0; a < 4; a++) {
         double w = pair->weight[a];
         if (w != 0.0) {
@@ -245,7 +245,8 @@ void self_refresh(Contact *c, ContactView view, double dt) {
     for (int i = 0; i < l->group_pair_count; i++) {
         GroupPair *pair = &l->group_pairs[i];
         pair->speed = relative_speed(c, pair);
-        c->wanted[i] = CONTACT_LEAST_NEAR_STEPS * pair->speed * dt > pair->near || pair->limit < 0.0;
+        c->wanted[i] =
+            CONTACT_LEAST_NEAR_STEPS * pair->speed * dt > pair->near || pair->limit < 0.0;
         wanted += c->wanted[i];
     }
     if (wanted > 0 || remade) {
@@ -295,7 +296,8 @@ void self_impulses(Contact *c, ContactView view, double dt) {
 }
 
 /* every vertex stays on its side of the plane through the middle of the closest points */
-static void pair_shorten(Contact *c, ContactView view, const Points *x, const Pair *pair, double dt) {
+static void pair_shorten(Contact *c, ContactView view, const Points *x, const Pair *pair,
+                         double dt) {
     int first = pair->kind == PAIR_FACE ? 1 : 2;
     Vec3 n = pair->normal, middle = {0, 0, 0};
     for (int a = 0; a < first; a++) {

@@ -26,7 +26,8 @@ static void make_edges(Surface *s, int *edge_of, Side *sides, Arena *arena) {
     qsort(sides, (size_t)count, sizeof *sides, by_ends);
     s->edges = arena_push(arena, int, 2 * count);
     for (int i = 0; i < count; i++) {
-        bool fresh = i == 0 || sides[i].low != sides[i - 1].low || sides[i].high != sides[i - 1].high;
+        bool fresh =
+            i == 0 || sides[i].low != sides[i - 1].low || sides[i].high != sides[i - 1].high;
         if (fresh) {
             s->edges[2 * s->edge_count] = sides[i].low;
             s->edges[2 * s->edge_count + 1] = sides[i].high;

@@ -16,15 +16,15 @@
 
 /* One cloth as it comes from its panel. */
 typedef struct SurfacePanel {
-    int first;               /* place of its first vertex */
-    int vertex_count;        /* all the same places in a row */
-    int triangle_count;      /* ... */
-    const int *triangles;    /* (triangle_count x 3) from 0 */
-    const double *material;  /* [m] (vertex_count x 2) */
-    int nu, nv;              /* lattice, or 0 0 */
-    bool wrap;               /* u runs around */
-    double h1, h2;           /* [m] spacing */
-    double distance;         /* [m] contact distance of this cloth */
+    int first;              /* place of its first vertex */
+    int vertex_count;       /* all the same places in a row */
+    int triangle_count;     /* ... */
+    const int *triangles;   /* (triangle_count x 3) from 0 */
+    const double *material; /* [m] (vertex_count x 2) */
+    int nu, nv;             /* lattice, or 0 0 */
+    bool wrap;              /* u runs around */
+    double h1, h2;          /* [m] spacing */
+    double distance;        /* [m] contact distance of this cloth */
 } SurfacePanel;
 
 typedef struct SurfaceCell {

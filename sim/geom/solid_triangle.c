@@ -6,9 +6,9 @@
 
 #include "sim/geom/solid.h"
 
-#define MOST_ROUNDS 60     /* of the search along a side: halves the bracket at worst */
+#define MOST_ROUNDS 60      /* of the search along a side: halves the bracket at worst */
 #define SIDE_TOLERANCE 1e-9 /* of the side */
-#define LEVEL_SLOPE 1e-6 /* ends a search: the error of the distance is its square */
+#define LEVEL_SLOPE 1e-6    /* ends a search: the error of the distance is its square */
 #define FALL_TOLERANCE 1e-9 /* slope that counts as level */
 
 Vec3 solid_support_point(const Solid *solid, Vec3 d) {
@@ -19,9 +19,9 @@ Vec3 solid_support_point(const Solid *solid, Vec3 d) {
     case SOLID_SPHERE:
         return vec3_scale(r, d);
     case SOLID_BOX:
-        return vec3_axpy(vec3(copysign(half.x - r, d.x), copysign(half.y - r, d.y),
-                              copysign(half.z - r, d.z)),
-                         r, d);
+        return vec3_axpy(
+            vec3(copysign(half.x - r, d.x), copysign(half.y - r, d.y), copysign(half.z - r, d.z)),
+            r, d);
     case SOLID_CYLINDER:
         return vec3(rim.x, rim.y, copysign(half.z, d.z));
     case SOLID_CAPSULE:
@@ -156,8 +156,8 @@ int solid_nearest_on_triangle(const Solid *solid, const Vec3 x[3], const double 
             w[a] = 1.0 - side.at, w[b] = side.at, w[third] = 0.0;
         }
     }
-    Vec3 p = vec3_add(vec3_add(vec3_scale(w[0], x[0]), vec3_scale(w[1], x[1])),
-                      vec3_scale(w[2], x[2]));
+    Vec3 p =
+        vec3_add(vec3_add(vec3_scale(w[0], x[0]), vec3_scale(w[1], x[1])), vec3_scale(w[2], x[2]));
     double fall = 0.0;
     for (int k = 0; k < 3; k++) {
         Vec3 to = vec3_sub(x[k], p);

@@ -33,9 +33,9 @@ struct Explicit {
     double *targets;  /* [m] (place_count x 3) of held places */
     Placed *placed;   /* (handle_count) what the targets are made of */
     bool targets_known;
-    double *v_held; /* [m/s] (place_count x 3) of held places before a kick */
+    double *v_held;   /* [m/s] (place_count x 3) of held places before a kick */
     Contact *contact; /* NULL: nothing can touch */
-    double limit; /* [s] */
+    double limit;     /* [s] */
 };
 
 static void place_lattice(Explicit *e, int c, int *slots) {

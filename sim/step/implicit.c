@@ -74,8 +74,8 @@ static void contact_at(const Implicit *im, int place, const double *x, double *f
     Vec3 now = vec3_load(x + 3 * (size_t)place);
     Vec3 moved = vec3_sub(now, vec3_load(im->start->x + 3 * (size_t)place));
     size_t memory = 3 * (size_t)place * (size_t)def->obstacle_count;
-    contact_at_vertex(def, im->start->contact.poses, place, now, moved, im->start->contact.bristles + memory, force,
-                      block, next);
+    contact_at_vertex(def, im->start->contact.poses, place, now, moved,
+                      im->start->contact.bristles + memory, force, block, next);
 }
 
 static void gradient(void *context, const double *x, double *g) {
@@ -153,8 +153,10 @@ static void limit_step(void *context, const double *x, double *dx) {
         for (int o = 0; o < def->obstacle_count; o++) {
             Vec3 local, p = pose_unapply(im->start->contact.poses[o], vec3_load(x + 3 * i));
             double distance = solid_distance(&def->obstacles[o].solid, p, &local);
-            Vec3 normal = quat_rotate(im->start->contact.poses[o].turn, local), d = vec3_load(dx + 3 * i);
-            double room = contact_room(def->vertex_distance[i], distance), approach = -vec3_dot(d, normal);
+            Vec3 normal = quat_rotate(im->start->contact.poses[o].turn, local),
+                 d = vec3_load(dx + 3 * i);
+            double room = contact_room(def->vertex_distance[i], distance),
+                   approach = -vec3_dot(d, normal);
             if (approach > room) {
                 vec3_store(dx + 3 * i, vec3_axpy(d, approach - room, normal));
             }
@@ -192,7 +194,8 @@ void implicit_store_bristles(Implicit *im, const double *x, State *state) {
     for (int i = 0; i < im->system->place_count && obstacles > 0; i++) {
         memset(next, 0, 3 * obstacles * sizeof *next);
         contact_at(im, i, x, NULL, NULL, next);
-        memcpy(state->contact.bristles + 3 * (size_t)i * obstacles, next, 3 * obstacles * sizeof *next);
+        memcpy(state->contact.bristles + 3 * (size_t)i * obstacles, next,
+               3 * obstacles * sizeof *next);
     }
     arena_rewind(&im->scratch, mark);
 }

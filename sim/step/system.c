@@ -11,7 +11,7 @@ const char statistic_names[] =
 /* [m] skin beside half the cloth's thickness on either side; below it contact needs tiny steps */
 #define LEAST_CONTACT_DISTANCE 1e-3
 #define CONTACT_SPACING_SHARE 0.25 /* largest contact distance / spacing of a lattice */
-#define STANDARD_GRAVITY 9.80665 /* [m/s2] for the weight scale of a scene without gravity */
+#define STANDARD_GRAVITY 9.80665   /* [m/s2] for the weight scale of a scene without gravity */
 
 static bool create_cloths(System *system, uint64_t seed, Error *error) {
     const Scene *scene = system->scene;

@@ -22,15 +22,15 @@ typedef struct System {
     const Scene *scene;
     Arena *arena; /* lives as long as the system */
     int cloth_count, handle_count, place_count, node_count;
-    Cloth *cloths;           /* (cloth_count) */
-    int *first;              /* (cloth_count + 1) first place of each cloth */
-    Handle *handles;         /* (handle_count) */
-    double *mass;            /* [kg] (place_count); 0 for ghosts */
-    double *area;            /* [m2] (place_count) */
-    double *damping;         /* [1/s] (place_count) mass damping of the cloth plus drag / density */
-    double weight;           /* [N] of all cloth, the force that tolerances refer to */
-    double size;             /* [m] diagonal of the start positions, the length they refer to */
-    ContactDef contact;      /* obstacles, friction, distance; see contact.h */
+    Cloth *cloths;      /* (cloth_count) */
+    int *first;         /* (cloth_count + 1) first place of each cloth */
+    Handle *handles;    /* (handle_count) */
+    double *mass;       /* [kg] (place_count); 0 for ghosts */
+    double *area;       /* [m2] (place_count) */
+    double *damping;    /* [1/s] (place_count) mass damping of the cloth plus drag / density */
+    double weight;      /* [N] of all cloth, the force that tolerances refer to */
+    double size;        /* [m] diagonal of the start positions, the length they refer to */
+    ContactDef contact; /* obstacles, friction, distance; see contact.h */
 } System;
 
 bool system_has_contact(const System *system);
