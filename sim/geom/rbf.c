@@ -15,7 +15,7 @@
 const RbfKind rbf_lattice_edge = {3, 2, 8};
 const RbfKind rbf_scattered_edge = {5, 2, 12};
 const RbfKind rbf_resample = {5, 2, 16};
-const RbfKind rbf_scattered_membrane = {7, 3, 20};
+const RbfKind rbf_scattered_membrane = {7, 3, 24};
 
 static int polynomial_count(int degree) { return (degree + 1) * (degree + 2) / 2; }
 

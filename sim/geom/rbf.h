@@ -18,7 +18,7 @@ typedef struct RbfKind {
 extern const RbfKind rbf_lattice_edge;       /* r^3, quadratic, 8: slopes on lattice edges */
 extern const RbfKind rbf_scattered_edge;     /* r^5, quadratic, 12: slopes on scattered edges */
 extern const RbfKind rbf_resample;           /* r^5, quadratic, 16: drawing the surface */
-extern const RbfKind rbf_scattered_membrane; /* r^7, cubic, 20: values on scattered edges */
+extern const RbfKind rbf_scattered_membrane; /* r^7, cubic, 24: values on scattered edges */
 
 typedef enum RbfFunctional { RBF_VALUE, RBF_D1, RBF_D2, RBF_D11, RBF_D12, RBF_D22 } RbfFunctional;
 #define RBF_FUNCTIONAL_COUNT 6

@@ -17,6 +17,7 @@ ClothDef cloth_default(void) {
                       .look = "teal-twill",
                       .model = "mlpg",
                       .nodes = {41, 41},
+                      .grid_turn = NAN,
                       .pose = pose_identity(),
                       .kinematics = KINEMATICS_GREEN,
                       .bending = BENDING_AUTO};

@@ -59,6 +59,8 @@ typedef struct ClothDef {
                           0 when nodes were given */
     double jitter;     /* scattered layout: random shift of inner nodes / spacing, 0..0.4; 0 */
     bool scattered;    /* rectangle with scattered nodes; false */
+    double grid_turn;  /* [rad] scattered layout: inner nodes on a square lattice turned by it, as
+                          they fall; NAN: jittered or relaxed nodes. For tests; it has no key */
     double accuracy;   /* wished relative error, chooses nodes and step; 0 = not asked */
     Pose pose;         /* where the panel's origin (rectangle: centre; sleeve: middle of its
                           axis, v along z; disc, annulus: centre; polygon: (0, 0) of its outline)

@@ -25,14 +25,16 @@ void strip_exact(double gamma, double tip[2]) {
     fail_msg("no exact tip for gamma %g", gamma);
 }
 
-void bench_build(Bench *b, int handle_count) {
+void bench_build(Bench *b, int handle_count) { bench_build_seeded(b, handle_count, 3); }
+
+void bench_build_seeded(Bench *b, int handle_count, uint64_t seed) {
     Error error = {0};
     b->cloth.name = "cloth";
     b->scene.cloth_count = 1;
     b->scene.cloths = &b->cloth;
     b->scene.handle_count = handle_count;
     b->scene.handles = b->handles;
-    if (!system_create(&b->system, &b->scene, 3, &b->arena, &error)) {
+    if (!system_create(&b->system, &b->scene, seed, &b->arena, &error)) {
         fail_msg("%s", error.text);
     }
 }
@@ -48,7 +50,7 @@ StripResult strip_solve(const StripCase *strip) {
     Bench b;
     start_bench(&b);
     double rho_g = 1.0, d = rho_g / strip->gamma, h = 1.0 / (strip->nodes - 1);
-    int across = strip->layout == STRIP_LATTICE ? 5 : 9;
+    int across = strip->across ? strip->across : strip->layout == STRIP_LATTICE ? 5 : 9;
     Fabric fabric = cloths_fabric(rho_g / 9.81, strip->stiffness * d, 0.0, d, 0.0);
     b.cloth = cloths_rectangle(1.0, h * (across - 1), strip->nodes, across, fabric);
     b.cloth.bending = strip->bending;
@@ -57,7 +59,8 @@ StripResult strip_solve(const StripCase *strip) {
     b.cloth.jitter = strip->layout == STRIP_JITTER ? 0.25 : 0.0;
     b.handles[0].kind = HANDLE_CLAMP;
     b.handles[0].region = REGION_LEFT;
-    bench_build(&b, 1);
+    b.cloth.grid_turn = strip->layout == STRIP_TURNED ? PI / 8.0 : NAN;
+    bench_build_seeded(&b, 1, strip->seed ? strip->seed : 3);
     State state = state_allocate(&b.system, &b.arena);
     state_start(&b.system, &state);
     unsigned char *held = arena_push(&b.arena, unsigned char, b.system.place_count);

@@ -7,7 +7,7 @@
 #include "sim/step/system.h"
 
 /* How the nodes of a strip are laid out. */
-typedef enum StripNodes { STRIP_LATTICE, STRIP_JITTER, STRIP_LLOYD } StripNodes;
+typedef enum StripNodes { STRIP_LATTICE, STRIP_JITTER, STRIP_TURNED, STRIP_LLOYD } StripNodes;
 
 /* A strip of length 1 m clamped at its left end, bent by its own weight. */
 typedef struct StripCase {
@@ -15,6 +15,8 @@ typedef struct StripCase {
     double stiffness; /* S = Eh L^2 / D */
     int nodes;        /* along the strip */
     StripNodes layout;
+    int across;    /* 0: 5 on lattices, 9 on scattered nodes */
+    uint64_t seed; /* of scattered nodes; 0: 3 */
     BendingKind bending;
     bool plain_newton;
 } StripCase;
@@ -42,6 +44,7 @@ typedef struct Bench {
 
 /* Builds bench->system from bench->cloth, scene and the first handle_count handles. */
 void bench_build(Bench *bench, int handle_count);
+void bench_build_seeded(Bench *bench, int handle_count, uint64_t seed);
 
 /* The swing: 1 m sheet, pinned at two corners of its upper edge, released at 60 degrees,
  * Eh 1000 N/m, D 1e-3 N m, 0.2 kg/m2, no damping (mlpg.md 5). */
