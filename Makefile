@@ -104,7 +104,7 @@ help:
 	@echo "make sanitize   the tests under AddressSanitizer and UBSan"
 	@echo "make bench      run time against error: build/bench/ (SUITE=name: one suite)"
 	@echo "make stress     abuse: build/stress/stress.csv"
-	@echo "make fuzz       fuzz the scene and states readers (SECONDS=60 each)"
+	@echo "make fuzz       fuzz the readers of scenes, states, meshes (SECONDS=60 each)"
 	@echo "make coverage   line coverage of the tests"
 	@echo "make film SCENE=assets/scenes/hanging.yaml"
 

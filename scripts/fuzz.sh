@@ -1,10 +1,10 @@
 #!/bin/sh
-# fuzz.sh SECONDS [scene|state]: fuzzes the scene reader and the states reader, each for so long,
-# with AddressSanitizer and UBSan. Anything found fails and leaves its input in build/fuzz/.
+# fuzz.sh SECONDS [scene|state|obj|ply|stl|gltf|glb|fbx]: fuzzes the scene reader, the states reader
+# and the import of meshes, each for so long, with AddressSanitizer and UBSan. Anything found fails and leaves its input in build/fuzz/.
 set -eu
 cd "$(dirname "$0")/.."
 seconds=${1:-60}
-only=${2:-scene state}
+only=${2:-scene state obj ply stl gltf glb fbx}
 out=build/fuzz
 command -v clang >/dev/null || { echo "fuzz: clang is missing: apt-get install clang" >&2; exit 66; }
 mkdir -p "$out"
@@ -58,7 +58,7 @@ for target in $only; do
     case $target in
     scene)
         build scene "-lyaml -ludunits2 -lxxhash -lm" sim/base/*.c sim/geom/solid.c \
-            sim/geom/points.c $(ls sim/scene/*.c | grep -v mesh_import)
+            sim/geom/points.c $(ls sim/scene/*.c | grep -v -e mesh_import -e mesh_assimp)
         for file in assets/scenes/*.yaml assets/fabrics/*.yaml tests/bad/*; do
             [ "$(wc -c <"$file")" -gt 16384 ] || cp "$file" "$out/corpus_scene/"
         done
@@ -68,6 +68,18 @@ for target in $only; do
         build state "-lxxhash -lm" sim/base/*.c sim/state/*.c
         state_corpus "$out/corpus_state"
         run state 65536 || bad=1
+        ;;
+    obj | ply | stl | gltf | glb | fbx)
+        build mesh "-lassimp -lxxhash -lm" "-DMESH_ENDING=\"$target\"" sim/base/*.c \
+            sim/scene/mesh*.c
+        mv "$out/fuzz_mesh" "$out/fuzz_$target"
+        mkdir -p "$out/meshes"
+        clang -I. tests/fuzz/make_meshes.c tests/support/meshes.c -o "$out/make_meshes"
+        "$out/make_meshes" "$out/meshes"
+        for file in "$out/meshes"/*."$target" assets/meshes/*."$target"; do
+            [ ! -f "$file" ] || cp "$file" "$out/corpus_$target/"
+        done
+        run "$target" 65536 || bad=1
         ;;
     *) echo "fuzz: no target $target" >&2; exit 2 ;;
     esac

@@ -21,10 +21,23 @@ static double process_seconds(void) {
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
+/* They are read, drawn and judged, but cloth does not meet them yet. */
+static bool refuse_meshes(const Scene *scene, Error *error) {
+    for (int i = 0; i < scene->obstacle_count; i++) {
+        if (scene->obstacles[i].mesh) {
+            return error_set(error, EXIT_BAD_INPUT,
+                             "%s: obstacle '%s' is a mesh; cloth cannot meet meshes yet",
+                             scene->path, scene->obstacles[i].name);
+        }
+    }
+    return true;
+}
+
 bool sim_create(Sim *sim, const Scene *scene, const SimOptions *options, Error *error) {
     *sim = (Sim){.scene = scene, .options = *options, .hash = run_hash(scene, options)};
     parallel_set_threads(options->threads);
-    if (!system_create(&sim->system, scene, options->seed, &sim->arena, error)) {
+    if (!refuse_meshes(scene, error) ||
+        !system_create(&sim->system, scene, options->seed, &sim->arena, error)) {
         sim_destroy(sim);
         return false;
     }

@@ -15,6 +15,7 @@
 #include "sim/base/film.h"
 #include "sim/geom/solid.h"
 #include "sim/scene/fabric.h"
+#include "sim/scene/mesh.h"
 #include "sim/scene/motion.h"
 
 #define SCENE_VERSION 1
@@ -107,11 +108,12 @@ typedef struct HandleDef {
 
 typedef struct ObstacleDef {
     const char *name;
-    Solid solid;
-    Pose pose;        /* at t = 0 */
-    Motion motion;    /* in world space, applied after `pose` */
-    double friction;  /* against cloth; negative: the fabric's own; -1 */
-    const char *look; /* "clay" */
+    Solid solid;         /* with a mesh: the ball around its origin that holds all its frames */
+    const MeshDef *mesh; /* NULL: the solid is the obstacle */
+    Pose pose;           /* at t = 0 */
+    Motion motion;       /* in world space, applied after `pose` */
+    double friction;     /* against cloth; negative: the fabric's own; -1 */
+    const char *look;    /* "clay" */
 } ObstacleDef;
 
 typedef struct AirDef {

@@ -17,7 +17,7 @@ typedef struct SolidKeys {
 typedef struct ObstacleKeys {
     ObstacleDef obstacle;
     const Yaml *solids[SOLID_KIND_COUNT];
-    const Yaml *motion;
+    const Yaml *mesh, *motion;
 } ObstacleKeys;
 
 static void solid_keys_default(void *object) {
@@ -95,13 +95,15 @@ static const Field obstacle_fields[] = {
     SOLID_FIELD("cylinder", SOLID_CYLINDER, "flat ends; around at, or from end to end"),
     SOLID_FIELD("capsule", SOLID_CAPSULE, "round ends; around at, or from end to end"),
     SOLID_FIELD("cone", SOLID_CONE, "around at, apex up, or from base to apex"),
+    {"mesh", FIELD_RAW, offsetof(ObstacleKeys, mesh), .group = &mesh_schema,
+     .help = "triangles out of a file; its origin at at"},
     {"at", FIELD_VECTOR, offsetof(ObstacleKeys, obstacle.pose.shift), .unit = "m",
      .max = SCENE_FARTHEST, .help = "where its centre starts; shifts from and to as well"},
     {"turn", FIELD_CUSTOM, offsetof(ObstacleKeys, obstacle.pose.turn), .group = &pose_turn_schema,
      .read = pose_turn_read, .print = pose_turn_print,
      .help = "how it starts: a turn about at, or a list of them"},
     {"motion", FIELD_RAW, offsetof(ObstacleKeys, motion), .group = &motion_schema,
-     .help = "turns and moves over time, one mapping or a list"},
+     .help = "turns and moves over time, one mapping or a list; file: as the mesh has it"},
     {"friction", FIELD_NUMBER, offsetof(ObstacleKeys, obstacle.friction), .unit = "", .min = 0.0,
      .max = 10.0, .word = "fabric", .word_value = -1.0, .help = "against cloth"},
     {"look", FIELD_NAME, offsetof(ObstacleKeys, obstacle.look), .min = 2, .help = "in the picture"},
@@ -187,6 +189,50 @@ static bool read_solid(Reader *reader, const Yaml *map, SolidKind kind, Solid *s
     return false;
 }
 
+/* The one solid that is given, SOLID_KIND_COUNT for a mesh; -1 and a report. */
+static int find_solid(Reader *reader, const Yaml *map, const ObstacleKeys *keys) {
+    int kind = -1;
+    for (int i = 0; i <= SOLID_KIND_COUNT; i++) {
+        const Yaml *value = i < SOLID_KIND_COUNT ? keys->solids[i] : keys->mesh;
+        if (value && kind >= 0) {
+            schema_error(reader, value->key, "'%s' and '%s' exclude each other", solid_names[kind],
+                         value->key->text);
+            return -1;
+        }
+        kind = value ? i : kind;
+    }
+    if (kind < 0) {
+        schema_error(reader, map->key,
+                     "'%s' needs a solid: plane, sphere, box, cylinder, capsule, cone or mesh",
+                     report_quote(reader->report, map->key->text));
+    }
+    return kind;
+}
+
+static bool read_mesh(Reader *reader, const Yaml *value, bool animated, ObstacleDef *obstacle) {
+    obstacle->mesh = mesh_read(reader, value, animated);
+    if (!obstacle->mesh) {
+        return false;
+    }
+    Vec3 far = {0, 0, 0};
+    const double *low = obstacle->mesh->low, *high = obstacle->mesh->high;
+    far.x = fmax(fabs(low[0]), fabs(high[0]));
+    far.y = fmax(fabs(low[1]), fabs(high[1]));
+    far.z = fmax(fabs(low[2]), fabs(high[2]));
+    obstacle->solid = (Solid){.kind = SOLID_SPHERE, .radius = vec3_length(far)};
+    return true;
+}
+
+/* A solid at its place: that of its own keys, then `at` and `turn`. */
+static bool read_placed(Reader *reader, const Yaml *value, SolidKind kind, ObstacleDef *obstacle) {
+    Pose own;
+    if (!read_solid(reader, value, kind, &obstacle->solid, &own)) {
+        return false;
+    }
+    obstacle->pose = pose_compose(obstacle->pose, own);
+    return true;
+}
+
 static bool read_obstacle(Reader *reader, const Yaml *map, ObstacleDef *obstacle) {
     ObstacleKeys keys;
     obstacle_keys_default(&keys);
@@ -194,26 +240,19 @@ static bool read_obstacle(Reader *reader, const Yaml *map, ObstacleDef *obstacle
     if (!schema_read(reader, &obstacle_schema, map, &keys)) {
         return false;
     }
-    int kind = -1;
-    for (int i = 0; i < SOLID_KIND_COUNT; i++) {
-        if (keys.solids[i] && kind >= 0) {
-            return schema_error(reader, keys.solids[i]->key, "'%s' and '%s' exclude each other",
-                                solid_names[kind], solid_names[i]);
-        }
-        kind = keys.solids[i] ? i : kind;
-    }
-    if (kind < 0) {
-        return schema_error(reader, map->key,
-                            "'%s' needs a solid: plane, sphere, box, cylinder, capsule or cone",
-                            report_quote(reader->report, map->key->text));
-    }
-    Pose own;
     *obstacle = keys.obstacle;
     obstacle->name = map->key->text;
-    if (!read_solid(reader, keys.solids[kind], (SolidKind)kind, &obstacle->solid, &own)) {
+    bool file = keys.motion && yaml_is(keys.motion, "file");
+    int kind = find_solid(reader, map, &keys);
+    if (kind < 0 || (kind == SOLID_KIND_COUNT
+                         ? !read_mesh(reader, keys.mesh, file, obstacle)
+                         : !read_placed(reader, keys.solids[kind], (SolidKind)kind, obstacle))) {
         return false;
     }
-    obstacle->pose = pose_compose(keys.obstacle.pose, own);
+    if (file) {
+        return ok && (obstacle->mesh ||
+                      schema_error(reader, keys.motion, "only a mesh brings its own motion"));
+    }
     MotionKeys motion = {.motion = keys.motion};
     return motion_read(reader, &motion, obstacle->pose.shift, &obstacle->motion) && ok;
 }
@@ -259,7 +298,11 @@ void scene_print_obstacles(FILE *out, int indent, const Field *field, const void
         const ObstacleDef *obstacle = &scene->obstacles[i];
         ObstacleKeys keys = {.obstacle = *obstacle};
         fprintf(out, "%*s%s:\n", indent + 2, "", obstacle->name);
-        print_solid(out, indent + 4, &obstacle->solid);
+        if (obstacle->mesh) {
+            mesh_print(out, indent + 4, obstacle->mesh);
+        } else {
+            print_solid(out, indent + 4, &obstacle->solid);
+        }
         schema_print(out, indent + 4, &obstacle_schema, &keys);
         motion_print(out, indent + 4, &obstacle->motion);
     }

@@ -23,7 +23,7 @@ typedef struct SceneContext {
 static inline SceneContext *scene_context(const Reader *reader) { return reader->context; }
 
 extern const Schema scene_schema, film_schema, cloth_schema, shape_schema, handle_schema,
-    obstacle_schema, motion_schema, pose_turn_schema;
+    obstacle_schema, mesh_schema, motion_schema, pose_turn_schema;
 
 /* custom fields of scene_schema; `member` is the Scene */
 FieldRead scene_read_film, scene_read_cloths, scene_read_handles, scene_read_obstacles;
@@ -45,6 +45,10 @@ typedef struct MotionKeys {
 } MotionKeys;
 bool motion_read(Reader *reader, const MotionKeys *keys, Vec3 centre, Motion *motion);
 void motion_print(FILE *out, int indent, const Motion *motion);
+
+/* `mesh` of an obstacle; animated: `motion: file`. NULL and a report. */
+const MeshDef *mesh_read(Reader *reader, const Yaml *value, bool animated);
+void mesh_print(FILE *out, int indent, const MeshDef *mesh);
 
 /* x, -y, ... or a vector; unit length. */
 bool axis_read(Reader *reader, const Yaml *value, Vec3 *axis);
