@@ -72,12 +72,19 @@ void buffers_destroy_cloth(Painter *painter) {
     *cloth = (SurfaceBuffers){0};
 }
 
+static StageBox box_of(const SolidMesh *mesh) {
+    return (StageBox){vec3(mesh->low[0], mesh->low[1], mesh->low[2]),
+                      vec3(mesh->high[0], mesh->high[1], mesh->high[2])};
+}
+
 static void create_prop(Painter *painter, int number) {
     const PaintProp *prop = &painter->props[number];
     PropBuffers *buffers = &painter->prop_buffers[number];
     Arena scratch = {0};
     double extent = PLANE_SCALES * painter->def.camera.scale;
-    SolidMesh mesh = solid_mesh_create(&prop->solid, extent, &scratch);
+    SolidMesh mesh = prop->mesh
+                         ? solid_mesh_from_triangles(prop->mesh, prop->mesh->vertices, &scratch)
+                         : solid_mesh_create(&prop->solid, extent, &scratch);
     PropBlock block = look_prop_block(prop->look);
     gl.GenVertexArrays(1, &buffers->array);
     gl.BindVertexArray(buffers->array);
@@ -91,8 +98,18 @@ static void create_prop(Painter *painter, int number) {
     gl.BindVertexArray(0);
     buffers->block = buffers_create_block(sizeof block, &block);
     buffers->triangle_count = mesh.triangle_count;
-    buffers->box = (StageBox){vec3(mesh.low[0], mesh.low[1], mesh.low[2]),
-                              vec3(mesh.high[0], mesh.high[1], mesh.high[2])};
+    buffers->box = box_of(&mesh);
+    arena_free(&scratch);
+}
+
+void buffers_move_prop(Painter *painter, int prop, const double *vertices) {
+    PropBuffers *buffers = &painter->prop_buffers[prop];
+    Arena scratch = {0};
+    SolidMesh mesh = solid_mesh_from_triangles(painter->props[prop].mesh, vertices, &scratch);
+    gl.BindBuffer(GL_ARRAY_BUFFER, buffers->vertices);
+    gl.BufferData(GL_ARRAY_BUFFER, mesh.vertex_count * (GLsizeiptr)sizeof(SolidVertex),
+                  mesh.vertices, GL_STREAM_DRAW);
+    buffers->box = box_of(&mesh);
     arena_free(&scratch);
 }
 

@@ -50,7 +50,9 @@ static bool find_props(Drawer *drawer, int floor_obstacle, Error *error) {
     const StateHeader *header = state_header(drawer->run->reader);
     for (int i = 0; i < header->obstacle_count; i++) {
         bool hidden = header->film.floor && i == floor_obstacle;
-        props[i] = (PaintProp){.solid = header->obstacles[i].solid, .hidden = hidden};
+        props[i] = (PaintProp){.solid = header->obstacles[i].solid,
+                               .mesh = header->obstacles[i].mesh,
+                               .hidden = hidden};
         props[i].look = prop_look_find(header->obstacles[i].look, error);
         if (!props[i].look) {
             return false;
@@ -202,6 +204,23 @@ static void use_layout(Drawer *drawer, const StateLayout *layout, int layout_ind
     paint_set_surface(drawer->painter, resample_surface(drawer->resampler));
 }
 
+static void move_meshes(Drawer *drawer, const StateFrame *frame) {
+    const StateHeader *header = state_header(drawer->run->reader);
+    for (int i = 0; i < header->obstacle_count; i++) {
+        if (header->obstacles[i].mesh && header->obstacles[i].mesh->moves) {
+            paint_move_mesh(drawer->painter, i, state_mesh_vertices(header, frame, i));
+        }
+    }
+}
+
+/* of everything that a picture of this frame shows */
+static uint64_t hash_frame(const StateFrame *frame, const StateLayout *layout) {
+    uint64_t parts[3] = {hash_bytes(frame->x, 3 * sizeof(double) * (size_t)layout->node_count),
+                         hash_bytes(frame->pose, sizeof(Pose) * (size_t)frame->pose_count),
+                         hash_bytes(frame->moved, 3 * sizeof(double) * (size_t)frame->moved_count)};
+    return hash_bytes(parts, sizeof parts);
+}
+
 const Image *draw_frame(Drawer *drawer, int index, Error *error) {
     StateFrame frame;
     StateLayout layout;
@@ -210,9 +229,7 @@ const Image *draw_frame(Drawer *drawer, int index, Error *error) {
     if (!state_read_frame(drawer->run->reader, index, &frame, &layout, &layout_index, error)) {
         return NULL;
     }
-    uint64_t parts[2] = {hash_bytes(frame.x, 3 * sizeof(double) * (size_t)layout.node_count),
-                         hash_bytes(frame.pose, sizeof(Pose) * (size_t)frame.pose_count)};
-    uint64_t shown = hash_bytes(parts, sizeof parts);
+    uint64_t shown = hash_frame(&frame, &layout);
     if (drawer->drawn >= 0 && shown == drawer->shown && layout_index == drawer->layout_index &&
         !drawer->times) {
         return &drawer->image;
@@ -224,6 +241,7 @@ const Image *draw_frame(Drawer *drawer, int index, Error *error) {
     double read = cpu_seconds();
     const Surface *surface = resample_frame(drawer->resampler, &layout, frame.x);
     double resampled = cpu_seconds();
+    move_meshes(drawer, &frame);
     paint_frame(drawer->painter, surface, frame.pose, &drawer->image);
     drawer->drawn = index;
     drawer->shown = shown;

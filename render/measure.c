@@ -31,11 +31,26 @@ static void count_cloth(const StateHeader *header, const StateLayout *layout,
     }
 }
 
+/* the mesh of an obstacle where it is in this frame */
+static Crossings count_mesh(const CrossingMesh *cloth, const StateMesh *mesh,
+                            const double *vertices, Pose pose, Arena *arena) {
+    double *placed = arena_push(arena, double, 3 * (size_t)mesh->vertex_count);
+    for (int i = 0; i < mesh->vertex_count; i++) {
+        vec3_store(placed + 3 * (size_t)i, pose_apply(pose, vec3_load(vertices + 3 * (size_t)i)));
+    }
+    CrossingMesh other = {mesh->vertex_count, mesh->triangle_count, placed, mesh->triangles};
+    return crossing_count_between(cloth, &other, arena);
+}
+
 static void count_obstacle(const StateHeader *header, const StateLayout *layout,
-                           const CrossingMesh *mesh, Pose pose, int index,
-                           MeasureCrossings *found) {
+                           const CrossingMesh *mesh, const StateFrame *frame, int index,
+                           Arena *arena, MeasureCrossings *found) {
     const StateObstacle *obstacle = &header->obstacles[index];
-    Crossings inside = crossing_count_solid(mesh, &obstacle->solid, pose);
+    Pose pose = frame->pose[index];
+    Crossings inside = obstacle->mesh
+                           ? count_mesh(mesh, obstacle->mesh,
+                                        state_mesh_vertices(header, frame, index), pose, arena)
+                           : crossing_count_solid(mesh, &obstacle->solid, pose);
     found->obstacle[index] = inside.count;
     found->obstacles += inside.count;
     if (inside.count > 0 && !found->place[0]) {
@@ -59,7 +74,7 @@ bool measure_crossings(const StateHeader *header, const StateLayout *layout,
     }
     count_cloth(header, layout, &mesh, arena, found);
     for (int i = 0; i < header->obstacle_count; i++) {
-        count_obstacle(header, layout, &mesh, frame->pose[i], i, found);
+        count_obstacle(header, layout, &mesh, frame, i, arena, found);
     }
     arena_rewind(arena, mark);
     return true;

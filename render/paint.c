@@ -77,6 +77,10 @@ void paint_set_surface(Painter *painter, const Surface *surface) {
     buffers_create_cloth(painter, surface);
 }
 
+void paint_move_mesh(Painter *painter, int prop, const double *vertices) {
+    buffers_move_prop(painter, prop, vertices);
+}
+
 void paint_measure(Painter *painter, double times[PAINT_STAGE_COUNT]) { painter->times = times; }
 
 static double clamp(double x, double low, double high) {

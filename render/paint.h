@@ -30,6 +30,7 @@ const Quality *quality_find(const char *name); /* NULL if unknown */
 
 typedef struct PaintProp {
     Solid solid;
+    const StateMesh *mesh; /* instead of the solid; NULL */
     const PropLook *look;
     bool hidden; /* the floor stands for it */
 } PaintProp;
@@ -72,6 +73,9 @@ void paint_destroy(Painter *painter);
 
 /* Tells the painter about a new surface (a new layout). */
 void paint_set_surface(Painter *painter, const Surface *surface);
+
+/* The vertices [m] (vertex_count x 3) of the mesh of a prop from now on, before its pose. */
+void paint_move_mesh(Painter *painter, int prop, const double *vertices);
 
 /* Draws a frame of that surface. poses: (prop_count). image must have the size of the film. */
 void paint_frame(Painter *painter, const Surface *surface, const Pose *poses, Image *image);

@@ -103,6 +103,7 @@ void buffers_create_cloth(Painter *painter, const Surface *surface);
 void buffers_upload_cloth(Painter *painter, const Surface *surface);
 void buffers_destroy_cloth(Painter *painter);
 void buffers_create_props(Painter *painter);
+void buffers_move_prop(Painter *painter, int prop, const double *vertices);
 void buffers_destroy_props(Painter *painter);
 GLuint buffers_create_block(GLsizeiptr bytes, const void *data);
 void buffers_draw_cloth(const Painter *painter, int first, int count, bool fine);

@@ -133,24 +133,36 @@ static double clamp(double x, double low, double high) {
     return x < low ? low : x > high ? high : x;
 }
 
+static void add_clamped(CameraReach *reach, Vec3 p, const Bounds *cloth) {
+    Vec3 size = vec3_sub(cloth->high, cloth->low);
+    double margin = OBSTACLE_REACH * fmax(size.x, fmax(size.y, size.z));
+    camera_reach_add(reach, vec3(clamp(p.x, cloth->low.x - margin, cloth->high.x + margin),
+                                 clamp(p.y, cloth->low.y - margin, cloth->high.y + margin),
+                                 clamp(p.z, cloth->low.z - margin, cloth->high.z + margin)));
+}
+
 /* The corners of the part of an obstacle that lies around the cloth. */
 static void add_obstacle(CameraReach *reach, const Solid *solid, Pose pose, const Bounds *cloth) {
     double bound = solid_bound(solid);
     if (!isfinite(bound)) {
         return;
     }
-    Vec3 extent = solid->half, size = vec3_sub(cloth->high, cloth->low);
-    double r = solid->radius, margin = OBSTACLE_REACH * fmax(size.x, fmax(size.y, size.z));
+    Vec3 extent = solid->half;
+    double r = solid->radius;
     bool round = solid->kind != SOLID_BOX;
     extent = round ? vec3(r, r, solid->kind == SOLID_SPHERE ? r : extent.z) : extent;
     extent.z += solid->kind == SOLID_CAPSULE ? r : 0.0;
     for (int corner = 0; corner < 8; corner++) {
         Vec3 p = vec3(corner & 1 ? extent.x : -extent.x, corner & 2 ? extent.y : -extent.y,
                       corner & 4 ? extent.z : -extent.z);
-        p = pose_apply(pose, p);
-        camera_reach_add(reach, vec3(clamp(p.x, cloth->low.x - margin, cloth->high.x + margin),
-                                     clamp(p.y, cloth->low.y - margin, cloth->high.y + margin),
-                                     clamp(p.z, cloth->low.z - margin, cloth->high.z + margin)));
+        add_clamped(reach, pose_apply(pose, p), cloth);
+    }
+}
+
+static void add_mesh(CameraReach *reach, const StateMesh *mesh, const double *vertices, Pose pose,
+                     const Bounds *cloth) {
+    for (int i = 0; i < mesh->vertex_count; i++) {
+        add_clamped(reach, pose_apply(pose, vec3_load(vertices + 3 * (size_t)i)), cloth);
     }
 }
 
@@ -165,7 +177,13 @@ static void add_frame(CameraReach *reach, const StateHeader *header, const State
             vec3(fmax(cloth.high.x, p.x), fmax(cloth.high.y, p.y), fmax(cloth.high.z, p.z));
     }
     for (int i = 0; i < header->obstacle_count; i++) {
-        add_obstacle(reach, &header->obstacles[i].solid, frame->pose[i], &cloth);
+        const StateObstacle *obstacle = &header->obstacles[i];
+        if (obstacle->mesh) {
+            add_mesh(reach, obstacle->mesh, state_mesh_vertices(header, frame, i), frame->pose[i],
+                     &cloth);
+        } else {
+            add_obstacle(reach, &obstacle->solid, frame->pose[i], &cloth);
+        }
     }
 }
 
@@ -194,13 +212,14 @@ bool run_hash(Run *run, int first, int end, uint64_t *hash, Error *error) {
         if (!state_read_frame(run->reader, i, &frame, &layout, &layout_index, error)) {
             return false;
         }
-        uint64_t parts[6] = {
+        uint64_t parts[7] = {
             *hash,
             hash_bytes(frame.x, 3 * sizeof *frame.x * (size_t)layout.node_count),
             hash_bytes(frame.pose, sizeof *frame.pose * (size_t)frame.pose_count),
             hash_bytes(layout.vertex_material, 2 * sizeof(double) * (size_t)layout.vertex_count),
             hash_bytes(layout.triangles, 3 * sizeof(int32_t) * (size_t)layout.triangle_count),
-            (uint64_t)frame.frame};
+            (uint64_t)frame.frame,
+            hash_bytes(frame.moved, 3 * sizeof *frame.moved * (size_t)frame.moved_count)};
         *hash = hash_bytes(parts, sizeof parts);
     }
     return true;

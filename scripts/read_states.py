@@ -31,7 +31,7 @@ TYPES = {1: np.dtype("u1"), 2: np.dtype("<i4"), 3: np.dtype("<i8"), 4: np.dtype(
 FILM = ("rate", "frame_count", "width", "height", "camera", "eye.x", "eye.y", "eye.z", "target.x",
         "target.y", "target.z", "up.x", "up.y", "up.z", "fov", "pixels_per_mm", "floor",
         "floor_height")
-SOLIDS = ("plane", "sphere", "box", "cylinder", "capsule", "cone")
+SOLIDS = ("plane", "sphere", "box", "cylinder", "capsule", "cone", "mesh")
 
 
 class Damage(Exception):
@@ -126,6 +126,29 @@ class Header:
         need(all(s[0] in range(len(SOLIDS)) for s in solids), "an unknown kind of obstacle")
         self.obstacles = [dict(name=n[0], look=n[1], kind=SOLIDS[int(s[0])], half=s[1:4].tolist(),
                                radius=float(s[4])) for n, s in zip(names, solids)]
+        self.moved_count = 0
+        if any(o["kind"] == "mesh" for o in self.obstacles):
+            self.read_meshes(record)
+
+    def read_meshes(self, record):
+        """obstacle["vertices"], ["triangles"], ["moves"] of each mesh; ["moved"]: its rows of
+        frame["obstacle.moved"]."""
+        begin = table(record, "obstacle.mesh_begin", 2, len(self.obstacles) + 1)
+        vertices, triangles = (table(record, "obstacle.vertex", 3),
+                               table(record, "obstacle.triangle", 3))
+        moves = flat(record, "obstacle.moves", len(self.obstacles))
+        check_ranges(begin[:, 0], len(vertices), "obstacle.mesh_begin")
+        check_ranges(begin[:, 1], len(triangles), "obstacle.mesh_begin")
+        for i, obstacle in enumerate(self.obstacles):
+            if obstacle["kind"] == "mesh":
+                (v, t), (v_end, t_end) = begin[i], begin[i + 1]
+                need(v_end > v and t_end > t, "an empty mesh")
+                check_indices(triangles[t:t_end], v_end - v, "obstacle.triangle")
+                obstacle.update(vertices=vertices[v:v_end], triangles=triangles[t:t_end],
+                                moves=bool(moves[i] == 1))
+                if obstacle["moves"]:
+                    rows = slice(self.moved_count, self.moved_count + int(v_end - v))
+                    obstacle["moved"], self.moved_count = rows, rows.stop
 
 
 class Layout:
@@ -187,6 +210,9 @@ class Frame:
             need(np.isfinite(table(record, name, 3, layout.node_count)).all(),
                  f"array {name} holds a number that is not finite")
         table(record, "pose", 7, len(header.obstacles))
+        if header.moved_count:
+            need(np.isfinite(table(record, "obstacle.moved", 3, header.moved_count)).all(),
+                 "obstacle.moved holds a number that is not finite")
         names = text(record, "statistics").splitlines()
         values = flat(record, "stat") if "stat" in record else []
         self.statistics = dict(zip(names, [float(v) for v in values]))
@@ -274,7 +300,8 @@ def print_summary(states):
             line += f", {nodes} nodes ({kind})"
         print(line)
     for obstacle in header.obstacles:
-        print(f"obstacle {obstacle['name']}: {obstacle['kind']}")
+        size = f", {len(obstacle['triangles'])} triangles" if "triangles" in obstacle else ""
+        print(f"obstacle {obstacle['name']}: {obstacle['kind']}{size}")
     end = states.done if states.done is not None else "not finished"
     wanted = int(header.film["frame_count"])
     print(f"{len(states.frames)} of {wanted} frames, {len(states.layouts)} layouts; {end}")

@@ -3,6 +3,34 @@
 #include <stdio.h>
 #include <string.h>
 
+static const StateMesh *mesh_of(const MeshDef *def, Arena *arena) {
+    StateMesh *mesh = arena_push(arena, StateMesh, 1);
+    *mesh = (StateMesh){.vertex_count = def->vertex_count,
+                        .triangle_count = def->triangle_count,
+                        .vertices = def->vertices,
+                        .triangles = def->triangles,
+                        .moves = def->frame_count > 1};
+    return mesh;
+}
+
+const double *layout_moved(const Scene *scene, const double *times, Arena *arena, int *count) {
+    int total = 0;
+    for (int o = 0; o < scene->obstacle_count; o++) {
+        const MeshDef *mesh = scene->obstacles[o].mesh;
+        total += mesh && mesh->frame_count > 1 ? mesh->vertex_count : 0;
+    }
+    double *moved = arena_push(arena, double, 3 * (size_t)total), *at = moved;
+    for (int o = 0; o < scene->obstacle_count; o++) {
+        const MeshDef *mesh = scene->obstacles[o].mesh;
+        if (mesh && mesh->frame_count > 1) {
+            mesh_positions(mesh, times[o], at);
+            at += 3 * (size_t)mesh->vertex_count;
+        }
+    }
+    *count = total;
+    return moved;
+}
+
 StateHeader layout_header(const Sim *sim, Arena *arena) {
     const Scene *scene = sim->scene;
     StateCloth *cloths = arena_push(arena, StateCloth, scene->cloth_count);
@@ -19,6 +47,7 @@ StateHeader layout_header(const Sim *sim, Arena *arena) {
         snprintf(obstacles[o].name, STATE_WORD_SIZE, "%s", def->name);
         snprintf(obstacles[o].look, STATE_WORD_SIZE, "%s", def->look);
         obstacles[o].solid = def->solid;
+        obstacles[o].mesh = def->mesh ? mesh_of(def->mesh, arena) : NULL;
     }
     return (StateHeader){.program = "toile " TOILE_VERSION,
                          .scene_path = scene->path,

@@ -182,6 +182,8 @@ bool sim_write_frame(Sim *sim, StateWriter *writer, Error *error) {
                         .v = sim->packed + 3 * (size_t)sim->system.node_count,
                         .pose_count = sim->system.contact.obstacle_count,
                         .pose = sim->state.contact.poses};
+    Arena arena = {0};
+    frame.moved = layout_moved(sim->scene, sim->state.contact.clocks, &arena, &frame.moved_count);
     Kept kept[KEPT_COUNT];
     list_kept(sim, kept);
     const ContactMemory *contact = &sim->state.contact;
@@ -196,7 +198,10 @@ bool sim_write_frame(Sim *sim, StateWriter *writer, Error *error) {
         extra[4 + i] = (StateArray){"", STATE_F64, 1, kept[i].count, kept[i].data};
         strcpy(extra[4 + i].name, kept[i].name);
     }
-    return state_write_frame(writer, &frame, sim->system.node_count, extra, KEPT_COUNT + 4, error);
+    bool ok =
+        state_write_frame(writer, &frame, sim->system.node_count, extra, KEPT_COUNT + 4, error);
+    arena_free(&arena);
+    return ok;
 }
 
 static bool load_kept(Sim *sim, const StateReader *reader, const char *wanted, Error *error) {

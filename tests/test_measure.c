@@ -54,13 +54,20 @@ static Pose place(int frame) {
     return pose;
 }
 
+/* a tall tetrahedron, far below but in frame 0, where its tip comes through the lower sheet */
+static const double tip[12] = {0.05, 0.06, 0.01, 0.04, 0.05, -0.3,
+                               0.07, 0.05, -0.3, 0.05, 0.08, -0.3};
+static const int32_t tip_faces[12] = {1, 3, 2, 0, 1, 2, 0, 2, 3, 0, 3, 1};
+
 static void run_path(const char *name, char path[4200]) {
     snprintf(path, 4200, "%s/%s", folder, name);
 }
 
-static void write_run(const char *name, int first, int count, bool done) {
+static void write_run(const char *name, int first, int count, bool done, bool meshes) {
     StateCloth cloths[2] = {{"lower", "wool", "linen", 4e-4}, {"upper", "wool", "linen", 4e-4}};
-    StateObstacle ball = {"ball", "clay", {SOLID_SPHERE, {0, 0, 0}, 0.03}};
+    StateObstacle ball = {"ball", "clay", {SOLID_SPHERE, {0, 0, 0}, 0.03}, NULL};
+    const StateMesh mesh = {4, 4, tip, tip_faces, true};
+    ball.mesh = meshes ? &mesh : NULL;
     StateHeader header = {.program = "toile test",
                           .scene_path = "s.yaml",
                           .scene_text = "toile: 1",
@@ -93,6 +100,7 @@ static void write_run(const char *name, int first, int count, bool done) {
     assert_true(state_write_header(writer, &header, NULL));
     assert_true(state_write_layout(writer, &layout, NULL));
     static const double still[3 * NODES];
+    const Pose here = pose_identity();
     for (int i = first; i < first + count; i++) {
         Pose pose = place(i);
         StateFrame frame = {.frame = i - first,
@@ -101,6 +109,13 @@ static void write_run(const char *name, int first, int count, bool done) {
                             .v = still,
                             .pose_count = 1,
                             .pose = &pose};
+        double moved[12];
+        for (int k = 0; k < 12; k++) {
+            moved[k] = tip[k] - (k % 3 == 2 && i > first ? 0.1 : 0.0);
+        }
+        frame.moved = moved;
+        frame.moved_count = meshes ? 4 : 0;
+        frame.pose = meshes ? &here : &pose;
         assert_true(state_write_frame(writer, &frame, NODES, NULL, 0, NULL));
     }
     assert_true(!done || state_write_done(writer, "finished", NULL));
@@ -169,6 +184,10 @@ static void test_program(void **unused) {
     assert_non_null(
         strstr(text, "\"frames_checked\": 2, \"frames_crossing\": 2, \"complete\": true"));
     assert_non_null(strstr(text, "\"obstacles\": {\"ball\": 2}"));
+    assert_int_equal(measure("mesh.states", "--crossings --json", text, sizeof text), EXIT_DIFFERS);
+    assert_non_null(
+        strstr(text, "\"frame\": 0, \"time\": 0, \"cloth\": 0, \"obstacles\": {\"ball\": 3}"));
+    assert_non_null(strstr(text, "\"obstacles\": {\"ball\": 0}")); /* it went down */
     /* what was asked for is not there */
     assert_int_equal(measure("all.states", "", text, sizeof text), EXIT_USAGE);
     assert_non_null(strstr(text, "--crossings"));
@@ -203,11 +222,12 @@ int main(int argc, char **argv) {
     }
     strcpy(slash, "/toile-render");
     make_sheets();
-    write_run("all.states", 0, FRAMES, true);
-    write_run("clean.states", 0, 1, true);
-    write_run("open.states", 0, 1, false);
-    write_run("torn.states", 0, 2, false);
+    write_run("all.states", 0, FRAMES, true, false);
+    write_run("clean.states", 0, 1, true, false);
+    write_run("open.states", 0, 1, false, false);
+    write_run("torn.states", 0, 2, false, false);
     tear("torn.states");
+    write_run("mesh.states", 0, 2, true, true);
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_numbers),
         cmocka_unit_test(test_program),

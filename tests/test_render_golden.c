@@ -76,8 +76,8 @@ static void open_scene(Scene *scene, const char *name) {
     scene->look = look_find(header->cloths[0].look, NULL);
     for (int i = 0; i < header->obstacle_count; i++) {
         scene->props[i] =
-            (PaintProp){header->obstacles[i].solid, prop_look_find(header->obstacles[i].look, NULL),
-                        i == floor_obstacle};
+            (PaintProp){header->obstacles[i].solid, header->obstacles[i].mesh,
+                        prop_look_find(header->obstacles[i].look, NULL), i == floor_obstacle};
     }
     assert_true(
         state_read_frame(scene->run.reader, 0, &scene->frame, &scene->layout, &layout_index, NULL));
@@ -122,6 +122,11 @@ static Image draw_scene(Scene *scene, Change change) {
         painter->stage.block.key_color[0] *= 1.05f;
         painter->stage.block.key_color[1] *= 1.05f;
         painter->stage.block.key_color[2] *= 1.05f;
+    }
+    for (int i = 0; i < header->obstacle_count; i++) {
+        if (scene->props[i].mesh) {
+            paint_move_mesh(painter, i, state_mesh_vertices(header, &scene->frame, i));
+        }
     }
     paint_set_surface(painter, &surface);
     paint_frame(painter, &surface, scene->frame.pose, &image);

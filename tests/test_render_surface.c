@@ -264,6 +264,38 @@ static void test_solid_meshes(void **state) {
     }
 }
 
+/* a ring of quads is smooth, a tetrahedron sharp */
+static void test_triangle_meshes(void **state) {
+    (void)state;
+    enum { AROUND = 24 };
+    double vertices[6 * AROUND];
+    int32_t triangles[6 * AROUND];
+    for (int i = 0; i < AROUND; i++) {
+        double angle = 2 * PI * i / AROUND;
+        vec3_store(vertices + 6 * i, vec3(cos(angle), sin(angle), 0));
+        vec3_store(vertices + 6 * i + 3, vec3(cos(angle), sin(angle), 1));
+        int a = 2 * i, b = 2 * ((i + 1) % AROUND);
+        const int32_t cell[6] = {a, b, b + 1, a, b + 1, a + 1};
+        memcpy(triangles + 6 * i, cell, sizeof cell);
+    }
+    Arena arena = {0};
+    StateMesh ring = {2 * AROUND, 2 * AROUND, vertices, triangles, false};
+    SolidMesh mesh = solid_mesh_from_triangles(&ring, vertices, &arena);
+    assert_int_equal(mesh.vertex_count, 6 * AROUND);
+    for (int i = 0; i < mesh.vertex_count; i++) { /* 15 degrees from side to side: round */
+        const SolidVertex *v = &mesh.vertices[i];
+        double along = (double)(v->position[0] * v->normal[0] + v->position[1] * v->normal[1]);
+        assert_true(along > cos(8 * PI / 180) && fabsf(v->normal[2]) < 1e-6f);
+    }
+    static const double corners[12] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
+    static const int32_t faces[12] = {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3};
+    StateMesh sharp = {4, 4, corners, faces, false};
+    mesh = solid_mesh_from_triangles(&sharp, corners, &arena);
+    assert_true(mesh.vertices[0].normal[2] < -0.999f && mesh.vertices[3].normal[1] < -0.999f);
+    assert_true(mesh.low[0] == 0.0f && mesh.high[2] == 1.0f);
+    arena_free(&arena);
+}
+
 static void test_camera_frames_all_points(void **state) {
     (void)state;
     Film film = film_default();
@@ -383,6 +415,7 @@ int main(void) {
         cmocka_unit_test(test_scattered),
         cmocka_unit_test(test_scattered_has_no_cracks),
         cmocka_unit_test(test_solid_meshes),
+        cmocka_unit_test(test_triangle_meshes),
         cmocka_unit_test(test_camera_frames_all_points),
         cmocka_unit_test(test_looks_have_names),
         cmocka_unit_test(test_compare),

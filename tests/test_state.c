@@ -51,7 +51,7 @@ static void write_frame(StateWriter *writer, int number) {
 
 static StateWriter *start_file(void) {
     StateCloth cloth = {"sheet", "wool", "teal-twill", 4e-4};
-    StateObstacle obstacle = {"rod", "wood", {SOLID_CAPSULE, {0, 0, 1}, 0.25}};
+    StateObstacle obstacle = {"rod", "wood", {SOLID_CAPSULE, {0, 0, 1}, 0.25}, NULL};
     StateHeader header = {.program = "toile test",
                           .scene_path = "s.yaml",
                           .scene_text = "toile: 1",
@@ -103,6 +103,82 @@ static void test_round_trip(void **unused) {
     state_surface(&layout, frame.x, surface);
     assert_memory_equal(surface, frame.x, sizeof surface);
     state_reader_close(reader);
+}
+
+/* a still mesh, a solid, a mesh that moves */
+static void write_meshes(int damage) {
+    static const double vertices[12] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
+    static int32_t faces[6] = {0, 2, 1, 1, 2, 3};
+    double moved[12], x[3 * NODES] = {0};
+    faces[5] = damage == 1 ? 4 : 3;
+    StateMesh still = {3, 1, vertices, faces, false}, moving = {4, 2, vertices, faces, true};
+    StateCloth cloth = {"sheet", "wool", "teal-twill", 4e-4};
+    StateObstacle obstacles[3] = {{"stone", "clay", {SOLID_SPHERE, {0, 0, 0}, 1}, &still},
+                                  {"rod", "wood", {SOLID_CAPSULE, {0, 0, 1}, 0.25}, NULL},
+                                  {"body", "clay", {SOLID_SPHERE, {0, 0, 0}, 2}, &moving}};
+    StateHeader header = {.program = "toile test",
+                          .scene_path = "s.yaml",
+                          .scene_text = "toile: 1",
+                          .film = film_default(),
+                          .cloth_count = 1,
+                          .cloths = &cloth,
+                          .obstacle_count = 3,
+                          .obstacles = obstacles};
+    StateLayout layout = small_layout();
+    StateWriter *writer = state_create(path, NULL);
+    assert_non_null(writer);
+    assert_true(state_write_header(writer, &header, NULL));
+    assert_true(state_write_layout(writer, &layout, NULL));
+    Pose poses[3] = {pose_identity(), pose_identity(), pose_identity()};
+    for (int i = 0; i < 3; i++) {
+        for (int k = 0; k < 12; k++) {
+            moved[k] = vertices[k] + i;
+        }
+        moved[5] = damage == 3 ? NAN : moved[5];
+        StateFrame frame = {.frame = i,
+                            .x = x,
+                            .v = x,
+                            .pose_count = 3,
+                            .pose = poses,
+                            .moved_count = damage == 2 ? 3 : 4,
+                            .moved = moved};
+        assert_true(state_write_frame(writer, &frame, NODES, NULL, 0, NULL));
+    }
+    assert_true(state_close(writer, NULL));
+}
+
+static void test_meshes(void **unused) {
+    (void)unused;
+    write_meshes(0);
+    StateReader *reader = state_open(path, NULL);
+    assert_non_null(reader);
+    assert_int_equal(state_refresh(reader), STATE_GROWING);
+    assert_int_equal(state_frame_count(reader), 3);
+    const StateHeader *header = state_header(reader);
+    const StateObstacle *o = header->obstacles;
+    assert_true(o[0].mesh && !o[1].mesh && o[2].mesh);
+    assert_int_equal(o[0].solid.kind, SOLID_SPHERE);
+    assert_true(!o[0].mesh->moves && o[0].mesh->triangle_count == 1 &&
+                o[0].mesh->triangles[1] == 2);
+    assert_true(o[2].mesh->moves && o[2].mesh->vertex_count == 4 && o[2].mesh->triangles[5] == 3);
+    StateFrame frame;
+    StateLayout layout;
+    assert_true(state_read_frame(reader, 2, &frame, &layout, NULL, NULL));
+    assert_int_equal(frame.moved_count, 4);
+    assert_true(state_mesh_vertices(header, &frame, 0)[3] == 1.0);
+    assert_true(state_mesh_vertices(header, &frame, 2)[3] == 3.0);
+    state_reader_close(reader);
+    write_meshes(1); /* a triangle that points outside */
+    Error error = {0};
+    assert_null(state_open(path, &error));
+    assert_int_equal(error.code, EXIT_BAD_INPUT);
+    for (int damage = 2; damage <= 3; damage++) { /* too few vertices, one that is not finite */
+        write_meshes(damage);
+        reader = state_open(path, NULL);
+        assert_int_equal(state_refresh(reader), STATE_DAMAGED);
+        assert_int_equal(state_frame_count(reader), 0);
+        state_reader_close(reader);
+    }
 }
 
 static void test_follow_and_resume(void **unused) {
@@ -184,9 +260,8 @@ int main(void) {
     int file = mkstemp(path);
     close(file);
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_round_trip),
-        cmocka_unit_test(test_follow_and_resume),
-        cmocka_unit_test(test_damage),
+        cmocka_unit_test(test_round_trip),        cmocka_unit_test(test_meshes),
+        cmocka_unit_test(test_follow_and_resume), cmocka_unit_test(test_damage),
         cmocka_unit_test(test_foreign),
     };
     int failed = cmocka_run_group_tests(tests, NULL, NULL);

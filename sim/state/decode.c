@@ -48,6 +48,47 @@ static bool decode_film(const double *n, Film *film) {
     return film->rate > 0.0;
 }
 
+/* finds an array of exactly `expected` items (any number when negative) */
+static const void *need(const StateArray *arrays, int count, const char *name, StateType type,
+                        int components, int64_t expected, int *items) {
+    const StateArray *array = record_find(arrays, count, name, type, components);
+    if (!array || array->count > INT_MAX / 16 || (expected >= 0 && array->count != expected)) {
+        return NULL;
+    }
+    if (items) {
+        *items = (int)array->count;
+    }
+    return array->data;
+}
+
+/* 0 = begin[0] <= ... <= begin[ranges] = total */
+static bool check_ranges(const int32_t *begin, int ranges, int total) {
+    for (int i = 0; i < ranges; i++) {
+        if (begin[i] > begin[i + 1]) {
+            return false;
+        }
+    }
+    return begin[0] == 0 && begin[ranges] == total;
+}
+
+static bool check_indices(const int32_t *indices, int64_t count, int below) {
+    for (int64_t i = 0; i < count; i++) {
+        if (indices[i] < 0 || indices[i] >= below) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static bool all_finite(const double *numbers, int64_t count) {
+    for (int64_t i = 0; i < count; i++) {
+        if (!isfinite(numbers[i])) {
+            return false;
+        }
+    }
+    return true;
+}
+
 /* copies the next word of `*cursor` and steps over the character after it */
 static bool next_word(const char **cursor, char end, char word[STATE_WORD_SIZE]) {
     const char *stop = strchr(*cursor, end);
@@ -60,23 +101,76 @@ static bool next_word(const char **cursor, char end, char word[STATE_WORD_SIZE])
     return true;
 }
 
-static bool decode_solid(const double *n, Solid *solid) {
+/* *mesh: it is none of the solids */
+static bool decode_solid(const double *n, Solid *solid, bool *mesh) {
     int kind;
-    if (!whole(n[0], 0, SOLID_KIND_COUNT - 1, &kind)) {
+    if (!whole(n[0], 0, STATE_KIND_MESH, &kind)) {
         return false;
     }
-    *solid = (Solid){(SolidKind)kind, vec3_load(n + 1), n[4]};
+    *mesh = kind == STATE_KIND_MESH;
+    *solid = (Solid){*mesh ? SOLID_SPHERE : (SolidKind)kind, vec3_load(n + 1), n[4]};
     return isfinite(n[1]) && isfinite(n[2]) && isfinite(n[3]) && isfinite(n[4]);
 }
 
-static bool decode_obstacles(const StateArray *solids, const char *text, Arena *arena,
-                             StateHeader *header) {
+/* The arrays of all meshes; NULL where they do not fit. */
+typedef struct MeshArrays {
+    const int32_t *begin; /* (obstacles + 1) x 2 */
+    const double *vertices;
+    const int32_t *triangles;
+    const unsigned char *moves;
+} MeshArrays;
+
+static MeshArrays find_meshes(const StateArray *a, int n, int obstacles) {
+    int vertices = 0, triangles = 0;
+    MeshArrays m = {
+        need(a, n, "obstacle.mesh_begin", STATE_I32, 2, obstacles + 1, NULL),
+        need(a, n, "obstacle.vertex", STATE_F64, 3, -1, &vertices),
+        need(a, n, "obstacle.triangle", STATE_I32, 3, -1, &triangles),
+        need(a, n, "obstacle.moves", STATE_U8, 1, obstacles, NULL),
+    };
+    bool good = m.begin && m.vertices && m.triangles && m.moves && m.begin[0] == 0 &&
+                m.begin[1] == 0 && m.begin[2 * obstacles] == vertices &&
+                m.begin[2 * obstacles + 1] == triangles;
+    for (int i = 0; good && i < 2 * obstacles; i++) {
+        good = m.begin[i] <= m.begin[i + 2];
+    }
+    good = good && all_finite(m.vertices, 3 * (int64_t)vertices);
+    return good ? m : (MeshArrays){0};
+}
+
+static const StateMesh *decode_mesh(const MeshArrays *m, int obstacle, Arena *arena) {
+    if (!m->begin) {
+        return NULL;
+    }
+    const int32_t *begin = m->begin + 2 * obstacle;
+    StateMesh *mesh = arena_push(arena, StateMesh, 1);
+    *mesh = (StateMesh){.vertex_count = begin[2] - begin[0],
+                        .triangle_count = begin[3] - begin[1],
+                        .vertices = m->vertices + 3 * (int64_t)begin[0],
+                        .triangles = m->triangles + 3 * (int64_t)begin[1],
+                        .moves = m->moves[obstacle] == 1};
+    bool good =
+        mesh->vertex_count > 0 && mesh->triangle_count > 0 &&
+        check_indices(mesh->triangles, 3 * (int64_t)mesh->triangle_count, mesh->vertex_count);
+    return good ? mesh : NULL;
+}
+
+static bool decode_obstacles(const StateArray *arrays, int array_count, const StateArray *solids,
+                             Arena *arena, StateHeader *header) {
     int count = (int)solids->count;
+    const char *text =
+        decode_text(record_find(arrays, array_count, "obstacle.text", STATE_U8, 1), arena);
     StateObstacle *obstacles = arena_push(arena, StateObstacle, count);
+    MeshArrays meshes = find_meshes(arrays, array_count, count);
     for (int i = 0; i < count; i++) {
+        bool mesh = false;
         if (!next_word(&text, ' ', obstacles[i].name) ||
             !next_word(&text, '\n', obstacles[i].look) ||
-            !decode_solid((const double *)solids->data + 5 * i, &obstacles[i].solid)) {
+            !decode_solid((const double *)solids->data + 5 * i, &obstacles[i].solid, &mesh)) {
+            return false;
+        }
+        obstacles[i].mesh = mesh ? decode_mesh(&meshes, i, arena) : NULL;
+        if (mesh && !obstacles[i].mesh) {
             return false;
         }
     }
@@ -119,44 +213,10 @@ bool decode_header(const StateArray *arrays, int count, Arena *arena, StateHeade
     int64_t bits;
     memcpy(&bits, hash->data, sizeof bits);
     header->scene_hash = (uint64_t)bits;
-    const char *obstacles =
-        decode_text(record_find(arrays, count, "obstacle.text", STATE_U8, 1), arena);
     const char *cloths = decode_text(record_find(arrays, count, "cloth.text", STATE_U8, 1), arena);
     return decode_film(film->data, &header->film) &&
-           decode_obstacles(solids, obstacles, arena, header) &&
+           decode_obstacles(arrays, count, solids, arena, header) &&
            decode_cloths(thickness, cloths, arena, header);
-}
-
-/* finds an array of exactly `expected` items (any number when negative) */
-static const void *need(const StateArray *arrays, int count, const char *name, StateType type,
-                        int components, int64_t expected, int *items) {
-    const StateArray *array = record_find(arrays, count, name, type, components);
-    if (!array || array->count > INT_MAX / 16 || (expected >= 0 && array->count != expected)) {
-        return NULL;
-    }
-    if (items) {
-        *items = (int)array->count;
-    }
-    return array->data;
-}
-
-/* 0 = begin[0] <= ... <= begin[ranges] = total */
-static bool check_ranges(const int32_t *begin, int ranges, int total) {
-    for (int i = 0; i < ranges; i++) {
-        if (begin[i] > begin[i + 1]) {
-            return false;
-        }
-    }
-    return begin[0] == 0 && begin[ranges] == total;
-}
-
-static bool check_indices(const int32_t *indices, int64_t count, int below) {
-    for (int64_t i = 0; i < count; i++) {
-        if (indices[i] < 0 || indices[i] >= below) {
-            return false;
-        }
-    }
-    return true;
 }
 
 static bool check_lattices(const StateLayout *l) {
@@ -216,6 +276,28 @@ bool decode_layout(const StateArray *a, int n, const StateHeader *header, StateL
     return check_layout(&l);
 }
 
+static bool decode_moved(const StateArray *a, int n, const StateHeader *header, StateFrame *frame) {
+    int64_t count = 0;
+    for (int i = 0; i < header->obstacle_count; i++) {
+        const StateMesh *mesh = header->obstacles[i].mesh;
+        count += mesh && mesh->moves ? mesh->vertex_count : 0;
+    }
+    frame->moved_count = (int)count;
+    frame->moved = count ? need(a, n, "obstacle.moved", STATE_F64, 3, count, NULL) : NULL;
+    return count == 0 || frame->moved;
+}
+
+const double *state_mesh_vertices(const StateHeader *header, const StateFrame *frame,
+                                  int obstacle) {
+    const double *at = frame->moved;
+    for (int i = 0; i < obstacle; i++) {
+        const StateMesh *mesh = header->obstacles[i].mesh;
+        at += mesh && mesh->moves ? 3 * (size_t)mesh->vertex_count : 0;
+    }
+    const StateMesh *mesh = header->obstacles[obstacle].mesh;
+    return mesh->moves ? at : mesh->vertices;
+}
+
 bool decode_frame(const StateArray *a, int n, const StateHeader *header, const StateLayout *layout,
                   StateFrame *frame, const char **why) {
     const int32_t *number = need(a, n, "frame", STATE_I32, 1, 1, NULL);
@@ -228,11 +310,15 @@ bool decode_frame(const StateArray *a, int n, const StateHeader *header, const S
         *why = "the frame is incomplete";
         return false;
     }
-    for (int64_t i = 0; i < 3 * (int64_t)layout->node_count; i++) {
-        if (!isfinite(frame->x[i]) || !isfinite(frame->v[i])) {
-            *why = "the frame holds a number that is not finite";
-            return false;
-        }
+    if (!decode_moved(a, n, header, frame)) {
+        *why = "the frame lacks the vertices of a mesh";
+        return false;
+    }
+    if (!all_finite(frame->x, 3 * (int64_t)layout->node_count) ||
+        !all_finite(frame->v, 3 * (int64_t)layout->node_count) ||
+        !all_finite(frame->moved, 3 * (int64_t)frame->moved_count)) {
+        *why = "the frame holds a number that is not finite";
+        return false;
     }
     frame->frame = *number;
     frame->time = *time;

@@ -26,7 +26,11 @@
  *
  * HEAD  program u8[], scene_text u8[] (as read), scene_path u8[], scene_hash i64[1],
  *       film f64[18] (the fields of Film in their order), obstacle.text u8[] ("name look" lines),
- *       obstacle.solid f64[obstacles][5] (kind, half x y z, radius),
+ *       obstacle.solid f64[obstacles][5] (kind, half x y z, radius; kind 6: a mesh, the radius of the
+ *       ball around its origin that holds it), and when there are meshes
+ *       obstacle.mesh_begin i32[obstacles + 1][2] (ranges of the next two),
+ *       obstacle.vertex f64[][3] [m], obstacle.triangle i32[][3] (from 0 in each mesh),
+ *       obstacle.moves u8[obstacles] (1: FRAM has its vertices),
  *       cloth.text u8[] ("name fabric look" lines), cloth.thickness f64[cloths]
  * LAYO  lattice i32[cloths][4]    nodes along u, along v, 1 = u wraps around, 0; 0 0 0 0 = scattered
  *       node_begin, vertex_begin, triangle_begin i32[cloths + 1]   ranges of each cloth
@@ -40,6 +44,8 @@
  *                                         closed outlines [m], outer loop first, anticlockwise
  * FRAM  frame i32[1], time f64[1] [s], x f64[nodes][3] [m], v f64[nodes][3] [m/s],
  *       pose f64[obstacles][7]            shift x y z [m], unit quaternion w x y z
+ *       obstacle.moved f64[][3]           [m] vertices of the meshes that move by themselves, one
+ *                                         after the other, before the pose
  *       stat f64[] with names in statistics u8[] (one per line), and whatever the stepper
  *       needs to go on with the same bits, under names that begin with "step."
  * DONE  reason u8[]
@@ -59,6 +65,7 @@
 
 #define STATE_VERSION 1
 #define STATE_NAME_SIZE 24
+#define STATE_KIND_MESH SOLID_KIND_COUNT /* kind of an obstacle.solid that is a mesh */
 #define STATE_WORD_SIZE 48 /* names of cloths, looks, obstacles, with the final zero */
 
 typedef enum StateKind { STATE_HEAD, STATE_LAYOUT, STATE_FRAME, STATE_DONE } StateKind;
@@ -82,10 +89,19 @@ typedef struct StateCloth {
     double thickness;           /* [m] */
 } StateCloth;
 
+/* Triangles in the obstacle's own frame. */
+typedef struct StateMesh {
+    int vertex_count, triangle_count;
+    const double *vertices;   /* [m] (vertex_count x 3) at the start */
+    const int32_t *triangles; /* (triangle_count x 3), anticlockwise seen from outside */
+    bool moves;               /* its vertices are in every frame */
+} StateMesh;
+
 typedef struct StateObstacle {
     char name[STATE_WORD_SIZE];
     char look[STATE_WORD_SIZE]; /* material of the obstacle, see render/look.h */
-    Solid solid;
+    Solid solid;                /* with a mesh: the ball that holds it */
+    const StateMesh *mesh;      /* NULL: the solid is the obstacle */
 } StateObstacle;
 
 typedef struct StateHeader {
@@ -126,6 +142,8 @@ typedef struct StateFrame {
     const double *v; /* [m/s] (node_count x 3) */
     int pose_count;
     const Pose *pose; /* (obstacle_count) */
+    int moved_count;
+    const double *moved; /* [m] (moved_count x 3) vertices of all meshes that move */
 } StateFrame;
 
 /* ---- writing ---- */
@@ -185,6 +203,9 @@ const StateArray *state_frame_array(const StateReader *reader, const char *name,
 
 /* A statistic of the frame read last, by name; NAN if absent. */
 double state_frame_statistic(const StateReader *reader, const char *name);
+
+/* [m] (vertex_count x 3) of the mesh of an obstacle in this frame, before the pose. */
+const double *state_mesh_vertices(const StateHeader *header, const StateFrame *frame, int obstacle);
 
 /* s = W x. surface: (vertex_count x 3), x: (node_count x 3) [m]. */
 void state_surface(const StateLayout *layout, const double *x, double *surface);

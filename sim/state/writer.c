@@ -9,6 +9,7 @@
 #include "sim/state/record.h"
 
 #define WRITER_MAX_ARRAYS 64
+#define MESH_ARRAYS 4
 
 struct StateWriter {
     int file;
@@ -128,6 +129,38 @@ static void encode_film(const Film *film, double numbers[18]) {
     memcpy(numbers, values, sizeof values);
 }
 
+/* The meshes of all obstacles in four arrays. Returns how many arrays: 0 without a mesh. */
+static int list_meshes(StateWriter *writer, const StateHeader *header, StateArray *arrays) {
+    int obstacles = header->obstacle_count, meshes = 0;
+    Arena *arena = &writer->scratch;
+    int32_t *begin = arena_push(arena, int32_t, 2 * (obstacles + 1));
+    unsigned char *moves = arena_push(arena, unsigned char, obstacles);
+    for (int i = 0; i < obstacles; i++) {
+        const StateMesh *mesh = header->obstacles[i].mesh;
+        begin[2 * i + 2] = begin[2 * i] + (mesh ? mesh->vertex_count : 0);
+        begin[2 * i + 3] = begin[2 * i + 1] + (mesh ? mesh->triangle_count : 0);
+        moves[i] = mesh && mesh->moves;
+        meshes += mesh != NULL;
+    }
+    int vertices = begin[2 * obstacles], triangles = begin[2 * obstacles + 1];
+    double *vertex = arena_push(arena, double, 3 * vertices);
+    int32_t *triangle = arena_push(arena, int32_t, 3 * triangles);
+    for (int i = 0; i < obstacles; i++) {
+        const StateMesh *mesh = header->obstacles[i].mesh;
+        if (mesh) {
+            memcpy(vertex + 3 * begin[2 * i], mesh->vertices,
+                   3 * sizeof *vertex * (size_t)mesh->vertex_count);
+            memcpy(triangle + 3 * begin[2 * i + 1], mesh->triangles,
+                   3 * sizeof *triangle * (size_t)mesh->triangle_count);
+        }
+    }
+    arrays[0] = array_of("obstacle.mesh_begin", STATE_I32, 2, obstacles + 1, begin);
+    arrays[1] = array_of("obstacle.vertex", STATE_F64, 3, vertices, vertex);
+    arrays[2] = array_of("obstacle.triangle", STATE_I32, 3, triangles, triangle);
+    arrays[3] = array_of("obstacle.moves", STATE_U8, 1, obstacles, moves);
+    return meshes > 0 ? MESH_ARRAYS : 0;
+}
+
 bool state_write_header(StateWriter *writer, const StateHeader *header, Error *error) {
     ArenaMark mark = arena_mark(&writer->scratch);
     int obstacles = header->obstacle_count, cloths = header->cloth_count;
@@ -136,8 +169,8 @@ bool state_write_header(StateWriter *writer, const StateHeader *header, Error *e
     double *solids = arena_push(&writer->scratch, double, 5 * obstacles);
     for (int i = 0; i < obstacles; i++) {
         const Solid *solid = &header->obstacles[i].solid;
-        double numbers[5] = {solid->kind, solid->half.x, solid->half.y, solid->half.z,
-                             solid->radius};
+        int kind = header->obstacles[i].mesh ? STATE_KIND_MESH : (int)solid->kind;
+        double numbers[5] = {kind, solid->half.x, solid->half.y, solid->half.z, solid->radius};
         memcpy(solids + 5 * i, numbers, sizeof numbers);
     }
     double *thickness = arena_push(&writer->scratch, double, cloths);
@@ -147,7 +180,7 @@ bool state_write_header(StateWriter *writer, const StateHeader *header, Error *e
     char *obstacle_text = lines_of(writer, obstacles, 2, obstacle_field, header->obstacles);
     char *cloth_text = lines_of(writer, cloths, 3, cloth_field, header->cloths);
     int64_t hash = (int64_t)header->scene_hash;
-    StateArray arrays[] = {
+    StateArray arrays[9 + MESH_ARRAYS] = {
         array_of("program", STATE_U8, 1, (int64_t)strlen(header->program), header->program),
         array_of("scene_text", STATE_U8, 1, (int64_t)strlen(header->scene_text),
                  header->scene_text),
@@ -160,7 +193,8 @@ bool state_write_header(StateWriter *writer, const StateHeader *header, Error *e
         array_of("cloth.text", STATE_U8, 1, (int64_t)strlen(cloth_text), cloth_text),
         array_of("cloth.thickness", STATE_F64, 1, cloths, thickness),
     };
-    bool ok = write_record(writer, STATE_HEAD, arrays, sizeof arrays / sizeof *arrays, error);
+    int count = 9 + list_meshes(writer, header, arrays + 9);
+    bool ok = write_record(writer, STATE_HEAD, arrays, count, error);
     arena_rewind(&writer->scratch, mark);
     return ok;
 }
@@ -188,7 +222,7 @@ bool state_write_layout(StateWriter *writer, const StateLayout *l, Error *error)
 
 bool state_write_frame(StateWriter *writer, const StateFrame *frame, int node_count,
                        const StateArray *extra, int extra_count, Error *error) {
-    ASSERT(extra_count <= WRITER_MAX_ARRAYS - 5);
+    ASSERT(extra_count <= WRITER_MAX_ARRAYS - 6);
     int32_t number = frame->frame;
     StateArray arrays[WRITER_MAX_ARRAYS] = {
         array_of("frame", STATE_I32, 1, 1, &number),
@@ -197,10 +231,15 @@ bool state_write_frame(StateWriter *writer, const StateFrame *frame, int node_co
         array_of("v", STATE_F64, 3, node_count, frame->v),
         array_of("pose", STATE_F64, 7, frame->pose_count, frame->pose),
     };
-    if (extra_count > 0) {
-        memcpy(arrays + 5, extra, (size_t)extra_count * sizeof *extra);
+    int count = 5;
+    if (frame->moved_count > 0) {
+        arrays[count++] =
+            array_of("obstacle.moved", STATE_F64, 3, frame->moved_count, frame->moved);
     }
-    return write_record(writer, STATE_FRAME, arrays, 5 + extra_count, error);
+    if (extra_count > 0) {
+        memcpy(arrays + count, extra, (size_t)extra_count * sizeof *extra);
+    }
+    return write_record(writer, STATE_FRAME, arrays, count + extra_count, error);
 }
 
 bool state_write_done(StateWriter *writer, const char *reason, Error *error) {

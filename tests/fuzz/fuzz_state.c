@@ -44,6 +44,17 @@ static void read_one_frame(StateReader *reader, int index) {
     for (int i = 0; i < frame.pose_count; i++) {
         sink = frame.pose[i].turn.w;
     }
+    const StateHeader *header = state_header(reader);
+    for (int i = 0; i < header->obstacle_count; i++) {
+        const StateMesh *mesh = header->obstacles[i].mesh;
+        if (mesh) {
+            const double *vertices = state_mesh_vertices(header, &frame, i);
+            touch(vertices, 3 * (int64_t)mesh->vertex_count);
+            for (int k = 0; k < 3 * mesh->triangle_count; k++) {
+                sink = vertices[3 * (size_t)mesh->triangles[k] + 2];
+            }
+        }
+    }
     double *surface = calloc((size_t)layout.vertex_count * 3 + 1, sizeof *surface);
     ASSERT(surface);
     state_surface(&layout, frame.x, surface);

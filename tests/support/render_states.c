@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "sim/scene/mesh_import.h"
 #include "sim/state/state.h"
 
 #define RATE 30.0
@@ -15,12 +16,16 @@
 #define BALL_RADIUS 0.20
 #define BALL_SIDE 0.75
 #define DISC_RADIUS 0.30
+#define CAPE_WIDTH 1.10
+#define CAPE_LENGTH 0.65
+#define CAPE_TOP 1.07 /* [m] above the ground, over the shoulders */
 
 const RenderMotion render_motions[] = {
     {"table", "a square cloth over a round table, swaying"},
     {"sleeve", "a closed sleeve that is twisted"},
     {"ball", "a square cloth over a sphere on the floor"},
     {"disc", "a scattered disc that waves"},
+    {"figure", "a cape around a figure that turns hips and chest"},
 };
 const int render_motion_count = sizeof render_motions / sizeof render_motions[0];
 
@@ -180,6 +185,15 @@ static bool write_layout(StateWriter *writer, Mesh *mesh, Arena *arena, Error *e
     return state_write_layout(writer, &layout, error);
 }
 
+/* open in front, from the shoulders down, wider below */
+static Vec3 place_cape(double u, double v, double time) {
+    double down = 1.0 - v / CAPE_LENGTH, angle = (u / CAPE_WIDTH - 0.5) * 1.5 * PI + 0.5 * PI;
+    double fold = 0.02 * down * cos(9 * angle + sin(2 * PI * time)) + 0.10 * down + 0.015;
+    angle += 0.2 * (1 - down) * sin(2 * PI * time);
+    double wide = 0.185 + fold, deep = 0.115 + fold + 0.03 * down;
+    return vec3(wide * cos(angle), deep * sin(angle), CAPE_TOP - 0.97 * CAPE_LENGTH * down);
+}
+
 /* ---- motions ---- */
 
 typedef struct Setup {
@@ -190,6 +204,8 @@ typedef struct Setup {
     int obstacle_count;
     StateObstacle obstacles[3];
     Pose poses[3];
+    MeshDef figure;
+    StateMesh mesh_of_figure;
 } Setup;
 
 static void add_obstacle(Setup *setup, const char *name, const char *look, Solid solid, Vec3 at) {
@@ -199,6 +215,22 @@ static void add_obstacle(Setup *setup, const char *name, const char *look, Solid
     obstacle->solid = solid;
     setup->poses[setup->obstacle_count] = pose_identity();
     setup->poses[setup->obstacle_count++].shift = at;
+}
+
+static bool add_figure(Setup *setup, Arena *arena) {
+    MeshImportDef def = mesh_import_default();
+    def.path = TOILE_SOURCE_DIR "/assets/meshes/mannequin.glb";
+    def.animated = true;
+    MeshDef *mesh = &setup->figure;
+    if (!mesh_import(&def, arena, mesh, NULL)) {
+        return false;
+    }
+    setup->mesh_of_figure = (StateMesh){mesh->vertex_count, mesh->triangle_count, mesh->vertices,
+                                        mesh->triangles, true};
+    add_obstacle(setup, "figure", "clay", (Solid){SOLID_SPHERE, {0, 0, 0}, mesh->high[2]},
+                 vec3(0, 0, 0));
+    setup->obstacles[0].mesh = &setup->mesh_of_figure;
+    return true;
 }
 
 static bool set_up(const char *motion, int nodes, Arena *arena, Setup *setup) {
@@ -235,6 +267,14 @@ static bool set_up(const char *motion, int nodes, Arena *arena, Setup *setup) {
         add_obstacle(setup, "box", "metal", (Solid){SOLID_BOX, {0.08, 0.06, 0.05}, 0.01},
                      vec3(0.05, -0.05, 0.05));
         setup->look = "satin";
+    } else if (strcmp(motion, "figure") == 0) {
+        setup->place = place_cape;
+        setup->mesh = lattice_mesh(arena, 2 * nodes, nodes, false, CAPE_WIDTH, CAPE_LENGTH);
+        setup->look = "wool";
+        setup->film.camera = CAMERA_PERSPECTIVE;
+        setup->film.eye = vec3(1.1, -2.9, 1.3);
+        setup->film.target = vec3(0, 0, 0.8);
+        return add_figure(setup, arena);
     } else {
         return false;
     }
@@ -246,6 +286,7 @@ static bool write_frames(StateWriter *writer, const Setup *setup, int first, int
     const Mesh *mesh = &setup->mesh;
     double *x = arena_push(arena, double, 3 * mesh->node_count);
     double *v = arena_push(arena, double, 3 * mesh->node_count);
+    double *moved = arena_push(arena, double, 3 * setup->figure.vertex_count);
     bool good = true;
     for (int frame = first; good && frame < first + count; frame++) {
         double time = frame / RATE;
@@ -258,7 +299,12 @@ static bool write_frames(StateWriter *writer, const Setup *setup, int first, int
                             .x = x,
                             .v = v,
                             .pose_count = setup->obstacle_count,
-                            .pose = setup->poses};
+                            .pose = setup->poses,
+                            .moved_count = setup->figure.vertex_count,
+                            .moved = moved};
+        if (setup->figure.vertex_count > 0) {
+            mesh_positions(&setup->figure, time, moved);
+        }
         good = state_write_frame(writer, &state, mesh->node_count, NULL, 0, error);
     }
     return good;
