@@ -53,6 +53,7 @@ static void test_positions(void **unused) {
     compare_positions(GOLDEN "ball.states");
     compare_positions(GOLDEN "disc.states");
     compare_positions(GOLDEN "sleeve.states");
+    compare_positions(GOLDEN "figure.states");
 }
 
 /* the frame of disc.states twice more in a file of its own, with statistics */
@@ -120,6 +121,13 @@ static void test_statistics(void **unused) {
     state_reader_close(reader);
 }
 
+static void test_mesh(void **unused) {
+    (void)unused;
+    char text[8192];
+    assert_int_equal(run(GOLDEN "figure.states", "", text, sizeof text), 0);
+    assert_non_null(strstr(text, "obstacle figure: mesh, 2304 triangles"));
+}
+
 static void test_damage(void **unused) {
     (void)unused;
     char text[8192];
@@ -148,6 +156,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_positions),
         cmocka_unit_test(test_statistics),
+        cmocka_unit_test(test_mesh),
         cmocka_unit_test(test_damage),
     };
     if (system("python3 -c 'import numpy' 2>/dev/null") == 0) {

@@ -34,6 +34,7 @@ static const Golden goldens[] = {
     {"sleeve", "sleeve", 80, 30, "teal-twill"}, /* weave, closed along u, automatic camera */
     {"ball", "ball", 5, 36, "linen"},           /* transmission, clay, plane as floor */
     {"disc", "disc", 5, 22, "satin"},           /* scattered nodes, highlights, metal */
+    {"figure", "figure", 21, 16, NULL},         /* a mesh that moves by itself */
 };
 #define GOLDEN_COUNT ((int)(sizeof goldens / sizeof *goldens))
 
