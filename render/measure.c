@@ -31,15 +31,33 @@ static void count_cloth(const StateHeader *header, const StateLayout *layout,
     }
 }
 
+/* Cloths that are inside as a whole: no triangle crosses, so one vertex tells. */
+static void add_swallowed(const StateLayout *layout, const CrossingMesh *cloth,
+                          const CrossingMesh *mesh, Crossings *found) {
+    for (int c = 0; c < layout->cloth_count; c++) {
+        int begin = layout->triangle_begin[c], end = layout->triangle_begin[c + 1];
+        const double *vertex = cloth->vertices + 3 * (size_t)layout->vertex_begin[c];
+        if (end > begin && crossing_point_inside(mesh, vertex)) {
+            found->first[0] = found->count ? found->first[0] : begin;
+            found->count += end - begin;
+        }
+    }
+}
+
 /* the mesh of an obstacle where it is in this frame */
-static Crossings count_mesh(const CrossingMesh *cloth, const StateMesh *mesh,
-                            const double *vertices, Pose pose, Arena *arena) {
+static Crossings count_mesh(const StateLayout *layout, const CrossingMesh *cloth,
+                            const StateMesh *mesh, const double *vertices, Pose pose,
+                            Arena *arena) {
     double *placed = arena_push(arena, double, 3 * (size_t)mesh->vertex_count);
     for (int i = 0; i < mesh->vertex_count; i++) {
         vec3_store(placed + 3 * (size_t)i, pose_apply(pose, vec3_load(vertices + 3 * (size_t)i)));
     }
     CrossingMesh other = {mesh->vertex_count, mesh->triangle_count, placed, mesh->triangles};
-    return crossing_count_between(cloth, &other, arena);
+    Crossings found = crossing_count_between(cloth, &other, arena);
+    if (found.count == 0 && mesh->closed) {
+        add_swallowed(layout, cloth, &other, &found);
+    }
+    return found;
 }
 
 static void count_obstacle(const StateHeader *header, const StateLayout *layout,
@@ -48,7 +66,7 @@ static void count_obstacle(const StateHeader *header, const StateLayout *layout,
     const StateObstacle *obstacle = &header->obstacles[index];
     Pose pose = frame->pose[index];
     Crossings inside = obstacle->mesh
-                           ? count_mesh(mesh, obstacle->mesh,
+                           ? count_mesh(layout, mesh, obstacle->mesh,
                                         state_mesh_vertices(header, frame, index), pose, arena)
                            : crossing_count_solid(mesh, &obstacle->solid, pose);
     found->obstacle[index] = inside.count;

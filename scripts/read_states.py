@@ -131,12 +131,12 @@ class Header:
             self.read_meshes(record)
 
     def read_meshes(self, record):
-        """obstacle["vertices"], ["triangles"], ["moves"] of each mesh; ["moved"]: its rows of
+        """obstacle["vertices"], ["triangles"], ["moves"], ["closed"] of each mesh; ["moved"]: its rows of
         frame["obstacle.moved"]."""
         begin = table(record, "obstacle.mesh_begin", 2, len(self.obstacles) + 1)
         vertices, triangles = (table(record, "obstacle.vertex", 3),
                                table(record, "obstacle.triangle", 3))
-        moves = flat(record, "obstacle.moves", len(self.obstacles))
+        flags = flat(record, "obstacle.flags", len(self.obstacles))
         check_ranges(begin[:, 0], len(vertices), "obstacle.mesh_begin")
         check_ranges(begin[:, 1], len(triangles), "obstacle.mesh_begin")
         for i, obstacle in enumerate(self.obstacles):
@@ -145,7 +145,7 @@ class Header:
                 need(v_end > v and t_end > t, "an empty mesh")
                 check_indices(triangles[t:t_end], v_end - v, "obstacle.triangle")
                 obstacle.update(vertices=vertices[v:v_end], triangles=triangles[t:t_end],
-                                moves=bool(moves[i] == 1))
+                                moves=bool(flags[i] & 1), closed=bool(flags[i] & 2))
                 if obstacle["moves"]:
                     rows = slice(self.moved_count, self.moved_count + int(v_end - v))
                     obstacle["moved"], self.moved_count = rows, rows.stop

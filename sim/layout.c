@@ -9,7 +9,8 @@ static const StateMesh *mesh_of(const MeshDef *def, Arena *arena) {
                         .triangle_count = def->triangle_count,
                         .vertices = def->vertices,
                         .triangles = def->triangles,
-                        .moves = def->frame_count > 1};
+                        .moves = def->frame_count > 1,
+                        .closed = def->closed};
     return mesh;
 }
 

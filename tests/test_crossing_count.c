@@ -141,6 +141,40 @@ static void test_between(void **unused) {
     arena_free(&arena);
 }
 
+/* a cube of two triangles a side, and points whose place is known; the segments that leave from its
+ * axes, corners and edges meet special positions */
+static void test_inside(void **unused) {
+    (void)unused;
+    double vertices[24];
+    for (int i = 0; i < 24; i++) {
+        vertices[i] = i / 3 >> i % 3 & 1;
+    }
+    int32_t triangles[36] = {0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4,
+                             2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5};
+    CrossingMesh cube = {8, 12, vertices, triangles};
+    for (int turned = 0; turned < 2; turned++) {
+        for (int i = 0; i < 5000; i++) {
+            double p[3] = {0.5 + draw(), 0.5 + draw(), 0.5 + draw()};
+            bool inside = true;
+            for (int k = 0; k < 3; k++) {
+                p[k] = i % 2 ? p[k] : 0.25 * round(4 * p[k]);
+                p[k] += i % 3 ? 0.0 : 1e-17;
+                inside = inside && p[k] > 0.0 && p[k] < 1.0;
+            }
+            bool on = false;
+            for (int k = 0; k < 3; k++) {
+                on = on || p[k] == 0.0 || p[k] == 1.0;
+            }
+            assert_true(on || crossing_point_inside(&cube, p) == inside);
+        }
+        for (int i = 0; i < 36; i += 3) { /* inside out it has an inside, too */
+            int32_t keep = triangles[i];
+            triangles[i] = triangles[i + 1];
+            triangles[i + 1] = keep;
+        }
+    }
+}
+
 static void test_damage(void **unused) {
     (void)unused;
     Sheet sheet = sheet_create(3);
@@ -279,9 +313,10 @@ static void test_cost(void **unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_self),           cmocka_unit_test(test_between),
-        cmocka_unit_test(test_damage),         cmocka_unit_test(test_solid_random),
-        cmocka_unit_test(test_solid_touching), cmocka_unit_test(test_cost),
+        cmocka_unit_test(test_self),         cmocka_unit_test(test_between),
+        cmocka_unit_test(test_damage),       cmocka_unit_test(test_inside),
+        cmocka_unit_test(test_solid_random), cmocka_unit_test(test_solid_touching),
+        cmocka_unit_test(test_cost),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -63,10 +63,11 @@ static void run_path(const char *name, char path[4200]) {
     snprintf(path, 4200, "%s/%s", folder, name);
 }
 
-static void write_run(const char *name, int first, int count, bool done, bool meshes) {
+/* meshes: size of the tetrahedron, which is the obstacle instead of the ball; 0: the ball is */
+static void write_run(const char *name, int first, int count, bool done, int meshes) {
     StateCloth cloths[2] = {{"lower", "wool", "linen", 4e-4}, {"upper", "wool", "linen", 4e-4}};
     StateObstacle ball = {"ball", "clay", {SOLID_SPHERE, {0, 0, 0}, 0.03}, NULL};
-    const StateMesh mesh = {4, 4, tip, tip_faces, true};
+    const StateMesh mesh = {4, 4, tip, tip_faces, true, true};
     ball.mesh = meshes ? &mesh : NULL;
     StateHeader header = {.program = "toile test",
                           .scene_path = "s.yaml",
@@ -111,7 +112,9 @@ static void write_run(const char *name, int first, int count, bool done, bool me
                             .pose = &pose};
         double moved[12];
         for (int k = 0; k < 12; k++) {
-            moved[k] = tip[k] - (k % 3 == 2 && i > first ? 0.1 : 0.0);
+            static const double centre[3] = {0.05, 0.06, -0.05};
+            moved[k] = centre[k % 3] + meshes * (tip[k] - centre[k % 3]);
+            moved[k] -= k % 3 == 2 && i > first ? 0.1 : 0.0;
         }
         frame.moved = moved;
         frame.moved_count = meshes ? 4 : 0;
@@ -188,6 +191,8 @@ static void test_program(void **unused) {
     assert_non_null(
         strstr(text, "\"frame\": 0, \"time\": 0, \"cloth\": 0, \"obstacles\": {\"ball\": 3}"));
     assert_non_null(strstr(text, "\"obstacles\": {\"ball\": 0}")); /* it went down */
+    assert_int_equal(measure("swallowed.states", "--crossings", text, sizeof text), EXIT_DIFFERS);
+    assert_non_null(strstr(text, "16 crossings in 1 of 1 frames")); /* both sheets are inside */
     /* what was asked for is not there */
     assert_int_equal(measure("all.states", "", text, sizeof text), EXIT_USAGE);
     assert_non_null(strstr(text, "--crossings"));
@@ -222,12 +227,13 @@ int main(int argc, char **argv) {
     }
     strcpy(slash, "/toile-render");
     make_sheets();
-    write_run("all.states", 0, FRAMES, true, false);
-    write_run("clean.states", 0, 1, true, false);
-    write_run("open.states", 0, 1, false, false);
-    write_run("torn.states", 0, 2, false, false);
+    write_run("all.states", 0, FRAMES, true, 0);
+    write_run("clean.states", 0, 1, true, 0);
+    write_run("open.states", 0, 1, false, 0);
+    write_run("torn.states", 0, 2, false, 0);
     tear("torn.states");
-    write_run("mesh.states", 0, 2, true, true);
+    write_run("mesh.states", 0, 2, true, 1);
+    write_run("swallowed.states", 0, 1, true, 300);
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_numbers),
         cmocka_unit_test(test_program),

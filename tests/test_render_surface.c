@@ -279,7 +279,7 @@ static void test_triangle_meshes(void **state) {
         memcpy(triangles + 6 * i, cell, sizeof cell);
     }
     Arena arena = {0};
-    StateMesh ring = {2 * AROUND, 2 * AROUND, vertices, triangles, false};
+    StateMesh ring = {2 * AROUND, 2 * AROUND, vertices, triangles, false, false};
     SolidMesh mesh = solid_mesh_from_triangles(&ring, vertices, &arena);
     assert_int_equal(mesh.vertex_count, 6 * AROUND);
     for (int i = 0; i < mesh.vertex_count; i++) { /* 15 degrees from side to side: round */
@@ -289,7 +289,7 @@ static void test_triangle_meshes(void **state) {
     }
     static const double corners[12] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
     static const int32_t faces[12] = {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3};
-    StateMesh sharp = {4, 4, corners, faces, false};
+    StateMesh sharp = {4, 4, corners, faces, false, true};
     mesh = solid_mesh_from_triangles(&sharp, corners, &arena);
     assert_true(mesh.vertices[0].normal[2] < -0.999f && mesh.vertices[3].normal[1] < -0.999f);
     assert_true(mesh.low[0] == 0.0f && mesh.high[2] == 1.0f);

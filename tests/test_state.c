@@ -111,7 +111,8 @@ static void write_meshes(int damage) {
     static int32_t faces[6] = {0, 2, 1, 1, 2, 3};
     double moved[12], x[3 * NODES] = {0};
     faces[5] = damage == 1 ? 4 : 3;
-    StateMesh still = {3, 1, vertices, faces, false}, moving = {4, 2, vertices, faces, true};
+    StateMesh still = {3, 1, vertices, faces, false, true};
+    StateMesh moving = {4, 2, vertices, faces, true, false};
     StateCloth cloth = {"sheet", "wool", "teal-twill", 4e-4};
     StateObstacle obstacles[3] = {{"stone", "clay", {SOLID_SPHERE, {0, 0, 0}, 1}, &still},
                                   {"rod", "wood", {SOLID_CAPSULE, {0, 0, 1}, 0.25}, NULL},
@@ -158,8 +159,8 @@ static void test_meshes(void **unused) {
     const StateObstacle *o = header->obstacles;
     assert_true(o[0].mesh && !o[1].mesh && o[2].mesh);
     assert_int_equal(o[0].solid.kind, SOLID_SPHERE);
-    assert_true(!o[0].mesh->moves && o[0].mesh->triangle_count == 1 &&
-                o[0].mesh->triangles[1] == 2);
+    assert_true(!o[0].mesh->moves && o[0].mesh->closed && !o[2].mesh->closed);
+    assert_true(o[0].mesh->triangle_count == 1 && o[0].mesh->triangles[1] == 2);
     assert_true(o[2].mesh->moves && o[2].mesh->vertex_count == 4 && o[2].mesh->triangles[5] == 3);
     StateFrame frame;
     StateLayout layout;

@@ -45,6 +45,10 @@ Crossings crossing_count_self(const CrossingMesh *mesh, Arena *scratch);
  * with each other. */
 Crossings crossing_count_between(const CrossingMesh *a, const CrossingMesh *b, Arena *scratch);
 
+/* Is `point` inside the closed mesh: do its triangles wind around it? Exact, by the signs with which
+ * a segment to a far point goes through them. Meant for meshes that the point does not touch. */
+bool crossing_point_inside(const CrossingMesh *mesh, const double point[3]);
+
 /* A triangle is inside a solid when it has a point deeper than this: poses and distances carry
  * rounding of 1e-15 of a coordinate, and a cloth may rest on a solid exactly. */
 #define CROSSING_DEPTH 1e-12 /* [m] */

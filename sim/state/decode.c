@@ -117,7 +117,7 @@ typedef struct MeshArrays {
     const int32_t *begin; /* (obstacles + 1) x 2 */
     const double *vertices;
     const int32_t *triangles;
-    const unsigned char *moves;
+    const unsigned char *flags; /* 1: moves, 2: closed */
 } MeshArrays;
 
 static MeshArrays find_meshes(const StateArray *a, int n, int obstacles) {
@@ -126,9 +126,9 @@ static MeshArrays find_meshes(const StateArray *a, int n, int obstacles) {
         need(a, n, "obstacle.mesh_begin", STATE_I32, 2, obstacles + 1, NULL),
         need(a, n, "obstacle.vertex", STATE_F64, 3, -1, &vertices),
         need(a, n, "obstacle.triangle", STATE_I32, 3, -1, &triangles),
-        need(a, n, "obstacle.moves", STATE_U8, 1, obstacles, NULL),
+        need(a, n, "obstacle.flags", STATE_U8, 1, obstacles, NULL),
     };
-    bool good = m.begin && m.vertices && m.triangles && m.moves && m.begin[0] == 0 &&
+    bool good = m.begin && m.vertices && m.triangles && m.flags && m.begin[0] == 0 &&
                 m.begin[1] == 0 && m.begin[2 * obstacles] == vertices &&
                 m.begin[2 * obstacles + 1] == triangles;
     for (int i = 0; good && i < 2 * obstacles; i++) {
@@ -148,7 +148,8 @@ static const StateMesh *decode_mesh(const MeshArrays *m, int obstacle, Arena *ar
                         .triangle_count = begin[3] - begin[1],
                         .vertices = m->vertices + 3 * (int64_t)begin[0],
                         .triangles = m->triangles + 3 * (int64_t)begin[1],
-                        .moves = m->moves[obstacle] == 1};
+                        .moves = m->flags[obstacle] & 1,
+                        .closed = m->flags[obstacle] & 2};
     bool good =
         mesh->vertex_count > 0 && mesh->triangle_count > 0 &&
         check_indices(mesh->triangles, 3 * (int64_t)mesh->triangle_count, mesh->vertex_count);

@@ -30,7 +30,7 @@
  *       ball around its origin that holds it), and when there are meshes
  *       obstacle.mesh_begin i32[obstacles + 1][2] (ranges of the next two),
  *       obstacle.vertex f64[][3] [m], obstacle.triangle i32[][3] (from 0 in each mesh),
- *       obstacle.moves u8[obstacles] (1: FRAM has its vertices),
+ *       obstacle.flags u8[obstacles] (sum of 1: FRAM has its vertices, 2: closed),
  *       cloth.text u8[] ("name fabric look" lines), cloth.thickness f64[cloths]
  * LAYO  lattice i32[cloths][4]    nodes along u, along v, 1 = u wraps around, 0; 0 0 0 0 = scattered
  *       node_begin, vertex_begin, triangle_begin i32[cloths + 1]   ranges of each cloth
@@ -95,6 +95,7 @@ typedef struct StateMesh {
     const double *vertices;   /* [m] (vertex_count x 3) at the start */
     const int32_t *triangles; /* (triangle_count x 3), anticlockwise seen from outside */
     bool moves;               /* its vertices are in every frame */
+    bool closed;              /* has an inside */
 } StateMesh;
 
 typedef struct StateObstacle {

@@ -134,12 +134,12 @@ static int list_meshes(StateWriter *writer, const StateHeader *header, StateArra
     int obstacles = header->obstacle_count, meshes = 0;
     Arena *arena = &writer->scratch;
     int32_t *begin = arena_push(arena, int32_t, 2 * (obstacles + 1));
-    unsigned char *moves = arena_push(arena, unsigned char, obstacles);
+    unsigned char *flags = arena_push(arena, unsigned char, obstacles);
     for (int i = 0; i < obstacles; i++) {
         const StateMesh *mesh = header->obstacles[i].mesh;
         begin[2 * i + 2] = begin[2 * i] + (mesh ? mesh->vertex_count : 0);
         begin[2 * i + 3] = begin[2 * i + 1] + (mesh ? mesh->triangle_count : 0);
-        moves[i] = mesh && mesh->moves;
+        flags[i] = mesh ? (unsigned char)(mesh->moves + 2 * mesh->closed) : 0;
         meshes += mesh != NULL;
     }
     int vertices = begin[2 * obstacles], triangles = begin[2 * obstacles + 1];
@@ -157,7 +157,7 @@ static int list_meshes(StateWriter *writer, const StateHeader *header, StateArra
     arrays[0] = array_of("obstacle.mesh_begin", STATE_I32, 2, obstacles + 1, begin);
     arrays[1] = array_of("obstacle.vertex", STATE_F64, 3, vertices, vertex);
     arrays[2] = array_of("obstacle.triangle", STATE_I32, 3, triangles, triangle);
-    arrays[3] = array_of("obstacle.moves", STATE_U8, 1, obstacles, moves);
+    arrays[3] = array_of("obstacle.flags", STATE_U8, 1, obstacles, flags);
     return meshes > 0 ? MESH_ARRAYS : 0;
 }
 
