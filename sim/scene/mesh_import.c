@@ -22,6 +22,18 @@
 
 #define LONGEST_URI 200 /* of a file beside a .gltf */
 
+/* The shadow of AddressSanitizer needs terabytes of addresses: gcc's name and clang's. */
+#ifdef __has_feature
+#define HAS_FEATURE(name) __has_feature(name)
+#else
+#define HAS_FEATURE(name) 0
+#endif
+#if defined(__SANITIZE_ADDRESS__) || HAS_FEATURE(address_sanitizer)
+#define ADDRESSES_UNLIMITED 1
+#else
+#define ADDRESSES_UNLIMITED 0
+#endif
+
 typedef struct Format {
     const char *ending;
     MeshUp up;
@@ -134,9 +146,9 @@ static void lock_up(int out) {
     limit(RLIMIT_NOFILE, 0);
     limit(RLIMIT_NPROC, 0);
     limit(RLIMIT_CPU, (rlim_t)MESH_SECONDS);
-#ifndef __SANITIZE_ADDRESS__ /* its shadow needs terabytes of addresses */
-    limit(RLIMIT_AS, MESH_MEMORY);
-#endif
+    if (!ADDRESSES_UNLIMITED) {
+        limit(RLIMIT_AS, MESH_MEMORY);
+    }
     for (int s = 1; s < NSIG; s++) {
         signal(s, SIG_DFL);
     }
