@@ -30,7 +30,10 @@
 #define CONTACT_NEAR_STEPS 3.0       /* steps of relative motion within which pairs are evaluated */
 #define CONTACT_LEAST_NEAR_STEPS 1.2 /* a list with less room is made again; 1 is the bound */
 #define CONTACT_SLACK_STEPS 20.0     /* steps until pairs are looked for again */
-#define CONTACT_LEAST_SLACK 0.35     /* of dhat */
-#define CONTACT_GROUP_REACH 0.4      /* of the size of a group: how far neighbours are listed */
+#define CONTACT_LONG_SLACK_STEPS 100.0 /* where few pairs are found: they cost less than searches */
+#define CONTACT_LONG_SLACK 0.2 /* of the spacing, at most: neighbours come into reach beyond */
+#define CONTACT_FEW_PAIRS 8
+#define CONTACT_LEAST_SLACK 0.35 /* of dhat */
+#define CONTACT_GROUP_REACH 0.4  /* of the size of a group: how far neighbours are listed */
 
 #endif

@@ -18,14 +18,14 @@ double contact_law(double d, double dhat, double k, double *force, double *curva
         *curvature = k;
         return 0.5 * k * (dhat - d) * (dhat - d);
     }
-    double safe = fmax(d, CONTACT_LEAST_GAP * dhat);
+    double safe = max2(d, CONTACT_LEAST_GAP * dhat);
     *force = k * tau * (dhat - tau) / safe;
     *curvature = k * tau * (dhat - tau) / (safe * safe);
     return k * tau * (dhat - tau) * log(tau / safe) + 0.5 * k * (dhat - tau) * (dhat - tau);
 }
 
 double contact_room(double dhat, double distance) {
-    return fmax(0.0, CONTACT_PLANE_SHARE * (distance - CONTACT_PLANE_FLOOR * dhat));
+    return max2(0.0, CONTACT_PLANE_SHARE * (distance - CONTACT_PLANE_FLOOR * dhat));
 }
 
 Pose contact_pose(const ContactObstacle *obstacle, double clock) {
@@ -81,6 +81,7 @@ static void weigh_panels(Contact *c, Arena *arena) {
 static void create_obstacles(Contact *c, Arena *arena) {
     int n = c->def->vertex_count, o = c->def->obstacle_count;
     c->group_touches = arena_push(arena, GroupTouch, c->surface.group_count * o);
+    c->owner_wanted = arena_push(arena, unsigned char, c->surface.group_count *o);
     c->distances = arena_push(arena, VertexDistance, n * o);
     c->poses = arena_push(arena, Pose, o);
     c->frames = arena_push(arena, Frame, o);
@@ -155,10 +156,14 @@ void contact_clear_twins(Contact *c, int most) {
     if (wanted > c->seen_room) {
         c->seen = arena_push(c->arena, uint64_t, wanted);
         c->seen_pair = arena_push(c->arena, int, wanted);
+        c->seen_at = arena_push(c->arena, int, wanted);
         c->seen_room = wanted;
-    } else {
-        memset(c->seen, 0, (size_t)c->seen_room * sizeof *c->seen);
+        c->seen_count = 0;
     }
+    for (int k = 0; k < c->seen_count; k++) {
+        c->seen[c->seen_at[k]] = 0;
+    }
+    c->seen_count = 0;
 }
 
 int contact_find_twin(Contact *c, uint64_t key, int index) {
@@ -167,6 +172,7 @@ int contact_find_twin(Contact *c, uint64_t key, int index) {
         if (c->seen[at & mask] == 0) {
             c->seen[at & mask] = key + 1;
             c->seen_pair[at & mask] = index;
+            c->seen_at[c->seen_count++] = (int)(at & mask);
             return -1;
         }
         if (c->seen[at & mask] == key + 1) {
@@ -184,7 +190,7 @@ void contact_mark_changed(Contact *c, int place) {
 
 void contact_shorten(Contact *c, int place, double share) {
     contact_mark_changed(c, place);
-    c->scale[place] = fmin(c->scale[place], share);
+    c->scale[place] = min2(c->scale[place], share);
 }
 
 /* ---- one interval ---- */
@@ -279,7 +285,7 @@ static void apply_scales(Contact *c, ContactView view) {
 static bool stays_quiet(Contact *c, double dt, double fastest) {
     double obstacles = 0.0;
     for (int o = 0; o < c->def->obstacle_count; o++) {
-        obstacles = fmax(obstacles, c->obstacle_speed[o]);
+        obstacles = max2(obstacles, c->obstacle_speed[o]);
     }
     double motion = dt * (2.0 * fastest + obstacles);
     if (!(c->quiet_path + motion < c->quiet_room)) {
@@ -304,7 +310,7 @@ static void leave_quiet(Contact *c) {
 
 static void settle(Contact *c) {
     double room = c->def->self ? self_room(c) : INFINITY;
-    room = c->def->obstacle_count > 0 ? fmin(room, obstacle_room(c)) : room;
+    room = c->def->obstacle_count > 0 ? min2(room, obstacle_room(c)) : room;
     c->quiet = room > 0.0;
     c->quiet_path = 0.0;
     c->quiet_room = room;
@@ -347,6 +353,8 @@ static void guard_all(Contact *c, ContactView view, double dt) {
         obstacle_check(c, view, dt);
     }
 }
+
+bool contact_is_quiet(const Contact *c) { return c->quiet; }
 
 void contact_guard(Contact *c, ContactView view, double dt, double fastest) {
     if (c->quiet) {

@@ -106,7 +106,8 @@ void contact_forces(Contact *contact, ContactView view, double dt, double share,
 /* After the kick: takes the forces of this step back out of lanes->f and lanes->weight. */
 void contact_clear(Contact *contact, ContactView view);
 /* Changes velocities so that nothing crosses in x += dt v, and moves the obstacles as far as the
- * cloth lets them. `fastest` [m/s]: no vertex is faster. */
+ * cloth lets them. `fastest` [m/s]: no vertex is faster; only looked at while contact_is_quiet. */
+bool contact_is_quiet(const Contact *contact); /* nothing is near anything */
 void contact_guard(Contact *contact, ContactView view, double dt, double fastest);
 /* Writes what the next interval needs. */
 void contact_end(const Contact *contact, ContactMemory *memory);

@@ -22,8 +22,9 @@ typedef struct Touch {
     Vec3 normal;     /* from the obstacle to the cloth */
     Vec3 point;      /* closest point of the obstacle */
     double weight[3];
-    int feature; /* corners that hold the closest point of the cloth */
-    bool spare;  /* a triangle over a flat face: the planes of its corners do for it */
+    int feature;   /* corners that hold the closest point of the cloth */
+    bool spare;    /* a triangle over a flat face: the planes of its corners do for it */
+    double margin; /* [m] of motion while it stays spare */
     Vec3 bristle;
 } Touch;
 
@@ -36,7 +37,7 @@ typedef struct GroupTouch {
 typedef struct VertexDistance {
     long stamp;
     double distance;
-    Vec3 normal;
+    Vec3 place, normal; /* in the frame of the obstacle */
 } VertexDistance;
 
 /* A pose as its axes, which is quicker to apply. */
@@ -58,7 +59,8 @@ struct Contact {
     int due_count, due_room;
     uint64_t *seen; /* hash set of contacts that already gave a force */
     int seen_room;
-    int *seen_pair;
+    int *seen_pair, *seen_at; /* what it holds, and where it holds anything */
+    int seen_count;
     double *stiff; /* [N/m] (vertex_count) sum of contact stiffness, see CONTACT_STABLE_SHARE */
     int *touched;  /* vertices with forces in this step */
     unsigned char *is_touched;
@@ -75,6 +77,8 @@ struct Contact {
     GroupTouch *group_touches; /* (group_count x obstacle_count) */
     Touch *touches;
     double *touch_due;
+    int *touch_owner;
+    unsigned char *owner_wanted; /* (group_count x obstacle_count) to be searched */
     int touch_count, touch_room;
     int *due_touches;
     int due_touch_count;

@@ -2,6 +2,7 @@
 
 #include <math.h>
 #include <stdint.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "sim/contact/constants.h"
@@ -227,7 +228,7 @@ void lists_remake(Lists *l, const Points *x, double least_reach) {
         l->boxes[g] = l->bounds[g].all;
         size += vec3_length(vec3_sub(l->boxes[g].high, l->boxes[g].low)) / groups;
     }
-    l->reach = fmax(CONTACT_GROUP_REACH * size, 2.0 * least_reach);
+    l->reach = max2(CONTACT_GROUP_REACH * size, 2.0 * least_reach);
     l->spent = l->widest = 0.0;
     box_tree_refit(&l->tree, l->boxes);
     for (int g = 0; g < groups; g++) {
@@ -242,7 +243,7 @@ void lists_remake(Lists *l, const Points *x, double least_reach) {
         if (before >= 0) {
             *pair = l->old_group_pairs[before];
             l->renumber[before] = i;
-            l->widest = fmax(l->widest, pair->near);
+            l->widest = max2(l->widest, pair->near);
         }
     }
     drop_pairs(l);
@@ -319,7 +320,7 @@ static double flat_distance(Lists *l, const Points *x, const GroupPair *pair) {
     double e = 0.5 * sqrt(vec3_dot(e1, e1) + vec3_dot(e2, e2));
     double p = vec3_dot(c1, c1), q = vec3_dot(c2, c2), r = vec3_dot(c1, c2);
     double least = 0.5 * (p + q) - sqrt(0.25 * (p - q) * (p - q) + r * r);
-    return (sqrt(fmax(least, 0.0)) - e) * surface_lattice_altitude(panel);
+    return (sqrt(max2(least, 0.0)) - e) * surface_lattice_altitude(panel);
 }
 
 typedef struct Search {
@@ -344,7 +345,7 @@ static double rest_limited(const Search *s, const Pair *pair) {
     memcpy(rest.place, places, sizeof places);
     Points points = {{flat, flat + 1, flat + 2}, 3, NULL};
     pair_evaluate(&points, &rest);
-    return fmin(s->dhat, 0.5 * rest.distance);
+    return min2(s->dhat, 0.5 * rest.distance);
 }
 
 static void add_pair(const Search *s, PairKind kind, int a, int b, int c, int d) {
@@ -454,15 +455,47 @@ static void search_pair(const Search *s, const GroupPair *pair) {
     }
 }
 
+static int by_size(const void *a, const void *b) {
+    double p = *(const double *)a, q = *(const double *)b;
+    return (p > q) - (p < q);
+}
+
+/* [m] slack that leaves few pairs of those from `first` on, but at least `slack`; drops the rest */
+static double trim_pairs(Lists *l, int first, double near, double slack, double longest) {
+    int found = l->pair_count - first;
+    if (found <= CONTACT_FEW_PAIRS) {
+        return longest;
+    }
+    if (found > l->sorted_room) {
+        l->sorted_room = 2 * found;
+        l->sorted = arena_push(l->arena, double, l->sorted_room);
+    }
+    for (int i = 0; i < found; i++) {
+        l->sorted[i] = l->pairs[first + i].distance;
+    }
+    qsort(l->sorted, (size_t)found, sizeof *l->sorted, by_size);
+    slack = max2(slack, l->sorted[CONTACT_FEW_PAIRS] - near);
+    int kept = first;
+    for (int p = first; p < l->pair_count; p++) {
+        if (l->pairs[p].distance <= near + slack) {
+            l->pairs[kept] = l->pairs[p];
+            l->due[kept] = l->due[p];
+            l->owner[kept++] = l->owner[p];
+        }
+    }
+    l->pair_count = kept;
+    return slack;
+}
+
 static void query_one(Lists *l, const Points *x, int index, double dt) {
     GroupPair *pair = &l->group_pairs[index];
     const SurfaceGroup *a = &l->surface->groups[pair->a], *b = &l->surface->groups[pair->b];
     const SurfacePanel *of_a = &l->surface->panels[a->panel];
     const SurfacePanel *of_b = &l->surface->panels[b->panel];
     double dhat = 0.5 * (of_a->distance + of_b->distance), step = pair->speed * dt;
-    pair->near = fmax(dhat, CONTACT_NEAR_STEPS * step);
-    l->widest = fmax(l->widest, pair->near);
-    double slack = fmax(CONTACT_LEAST_SLACK * dhat, CONTACT_SLACK_STEPS * step);
+    pair->near = max2(dhat, CONTACT_NEAR_STEPS * step);
+    l->widest = max2(l->widest, pair->near);
+    double slack = max2(CONTACT_LEAST_SLACK * dhat, CONTACT_SLACK_STEPS * step);
     double enough = pair->near + CONTACT_LEAST_SLACK * dhat, apart = flat_distance(l, x, pair);
     if (apart <= enough) {
         bound_group(l, x, pair->a);
@@ -476,11 +509,20 @@ static void query_one(Lists *l, const Points *x, int index, double dt) {
         return;
     }
     l->statistics.queries++;
-    bool one_panel = a->panel == b->panel && of_a->nu == 0;
-    Search search = {l,    x,         index,          pair->near + slack, pair->near,
-                     dhat, one_panel, of_a->material, of_a->first};
+    double longest =
+        max2(slack, min2(CONTACT_LONG_SLACK_STEPS * step, CONTACT_LONG_SLACK * of_a->h1));
+    Search search = {.lists = l,
+                     .x = x,
+                     .owner = index,
+                     .reach = pair->near + longest,
+                     .near = pair->near,
+                     .dhat = dhat,
+                     .one_panel = a->panel == b->panel && of_a->nu == 0,
+                     .material = of_a->material,
+                     .first = of_a->first};
+    int first = l->pair_count;
     search_pair(&search, pair);
-    pair->limit = pair->path + slack;
+    pair->limit = pair->path + trim_pairs(l, first, pair->near, slack, longest);
 }
 
 int lists_query(Lists *l, const Points *x, const unsigned char *wanted, double dt) {

@@ -80,8 +80,10 @@ typedef struct Lists {
     long stamp;          /* changes when positions change */
     GroupPair *group_pairs, *old_group_pairs;
     int group_pair_count, group_pair_room;
-    int *renumber; /* (group_pair_room) */
-    int *slots;    /* hash of group pairs, for remakes */
+    int *renumber;  /* (group_pair_room) */
+    double *sorted; /* (sorted_room) distances, while a search is trimmed */
+    int sorted_room;
+    int *slots; /* hash of group pairs, for remakes */
     int slot_count;
     double reach;  /* [m] groups farther apart are not listed */
     double spent;  /* [m] of it used up by motion */

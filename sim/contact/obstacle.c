@@ -16,88 +16,97 @@ static double *vertex_bristle(const Contact *c, int place, int obstacle) {
 
 static bool vec3_same(Vec3 a, Vec3 b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
 
+static Vec3 frame_apply(const Frame *f, Vec3 a) {
+    Vec3 sum = vec3_axpy(vec3_scale(a.x, f->axis[0]), a.y, f->axis[1]);
+    return vec3_axpy(sum, a.z, f->axis[2]);
+}
+
 static const VertexDistance *vertex_distance(Contact *c, const Points *x, int place, int obstacle) {
     VertexDistance *v =
         &c->distances[(size_t)place * (size_t)c->def->obstacle_count + (size_t)obstacle];
     if (v->stamp != c->lists.stamp) {
         const Frame *f = &c->frames[obstacle];
-        Vec3 normal, d = vec3_sub(point_at(x, place), f->origin);
-        Vec3 p = {vec3_dot(f->axis[0], d), vec3_dot(f->axis[1], d), vec3_dot(f->axis[2], d)};
+        Vec3 d = vec3_sub(point_at(x, place), f->origin);
         v->stamp = c->lists.stamp;
-        v->distance = solid_distance(&c->def->obstacles[obstacle].solid, p, &normal);
-        v->normal = vec3_axpy(vec3_axpy(vec3_scale(normal.x, f->axis[0]), normal.y, f->axis[1]),
-                              normal.z, f->axis[2]);
+        v->place = vec3(vec3_dot(f->axis[0], d), vec3_dot(f->axis[1], d), vec3_dot(f->axis[2], d));
+        v->distance = solid_distance(&c->def->obstacles[obstacle].solid, v->place, &v->normal);
     }
     return v;
 }
 
+/* what an evaluation found: nearest point and normal in the frame of the obstacle */
+static void set_touch(const Contact *c, Touch *touch, double distance, Vec3 nearest, Vec3 normal) {
+    const Frame *f = &c->frames[touch->obstacle];
+    touch->distance = distance;
+    touch->normal = frame_apply(f, normal);
+    touch->point = vec3_add(f->origin, frame_apply(f, vec3_axpy(nearest, -distance, normal)));
+}
+
+static void evaluate_vertex(Contact *c, const Points *x, Touch *touch) {
+    const VertexDistance *v = vertex_distance(c, x, touch->place[0], touch->obstacle);
+    set_touch(c, touch, v->distance, v->place, v->normal);
+}
+
 /* the exact nearest point */
-static void search_triangle(const Contact *c, Touch *touch, const Vec3 p[3], const double d[3],
-                            const Vec3 n[3]) {
+static void search_triangle(const Contact *c, Touch *touch, const VertexDistance *const v[3]) {
     const Solid *solid = &c->def->obstacles[touch->obstacle].solid;
-    Pose pose = c->poses[touch->obstacle];
-    Quat back = quat_inverse(pose.turn);
-    Vec3 local[3], normal[3], at = {0, 0, 0}, up, nearest = {0, 0, 0};
+    Vec3 place[3] = {v[0]->place, v[1]->place, v[2]->place};
+    Vec3 normal[3] = {v[0]->normal, v[1]->normal, v[2]->normal}, nearest = {0, 0, 0}, up;
+    double d[3] = {v[0]->distance, v[1]->distance, v[2]->distance};
+    touch->feature = solid_nearest_on_triangle(solid, place, d, normal, touch->weight);
     for (int k = 0; k < 3; k++) {
-        local[k] = pose_unapply(pose, p[k]);
-        normal[k] = quat_rotate(back, n[k]);
+        nearest = vec3_axpy(nearest, touch->weight[k], place[k]);
     }
-    touch->feature = solid_nearest_on_triangle(solid, local, d, normal, touch->weight);
-    for (int k = 0; k < 3; k++) {
-        at = vec3_axpy(at, touch->weight[k], local[k]);
-        nearest = vec3_axpy(nearest, touch->weight[k], p[k]);
-    }
-    touch->distance = solid_distance(solid, at, &up);
-    touch->normal = quat_rotate(pose.turn, up);
-    touch->point = vec3_axpy(nearest, -touch->distance, touch->normal);
+    double distance = solid_distance(solid, nearest, &up);
+    set_touch(c, touch, distance, nearest, up);
 }
 
 /* The distance is convex: below no tangent plane. The tangent at a corner bounds it over the
  * triangle, and parts the triangle from the solid when it is positive on all corners. Exact
  * points are looked for only where there may be a force. */
 static void evaluate_triangle(Contact *c, const Points *x, Touch *touch) {
-    Vec3 p[3], n[3];
-    touch->spare = false;
-    double d[3], bound = -INFINITY, dhat = c->def->vertex_distance[touch->place[0]];
+    const VertexDistance *v[3];
+    const Solid *solid = &c->def->obstacles[touch->obstacle].solid;
+    double bound = -INFINITY, dhat = c->def->vertex_distance[touch->place[0]];
     int best = 0;
     for (int k = 0; k < 3; k++) {
-        const VertexDistance *v = vertex_distance(c, x, touch->place[k], touch->obstacle);
-        d[k] = v->distance, n[k] = v->normal;
-        p[k] = point_at(x, touch->place[k]);
+        v[k] = vertex_distance(c, x, touch->place[k], touch->obstacle);
+    }
+    double lowest = min2(min2(v[0]->distance, v[1]->distance), v[2]->distance);
+    touch->spare = vec3_same(v[0]->normal, v[1]->normal) && vec3_same(v[1]->normal, v[2]->normal);
+    if (touch->spare) {
+        touch->distance = lowest;
+        touch->feature = 1;
+        touch->margin =
+            min2(min2(solid_flat_margin(solid, v[0]->place), solid_flat_margin(solid, v[1]->place)),
+                 solid_flat_margin(solid, v[2]->place));
+        return;
     }
     for (int a = 0; a < 3; a++) {
-        double least = d[a];
-        for (int k = 0; k < 3; k++) {
-            double tangent = d[a] + vec3_dot(n[a], vec3_sub(p[k], p[a]));
-            least = tangent < least ? tangent : least;
-        }
+        Vec3 p = v[a]->place, n = v[a]->normal;
+        double one = vec3_dot(n, vec3_sub(v[(a + 1) % 3]->place, p));
+        double two = vec3_dot(n, vec3_sub(v[(a + 2) % 3]->place, p));
+        double least = v[a]->distance + min2(0.0, min2(one, two));
         best = least > bound ? a : best;
         bound = least > bound ? least : bound;
     }
-    double lowest = d[0] < d[1] ? d[0] : d[1];
-    lowest = d[2] < lowest ? d[2] : lowest;
     if (bound < lowest - CONTACT_LEVEL * dhat && bound < dhat) {
-        search_triangle(c, touch, p, d, n);
+        search_triangle(c, touch, v);
         return;
     }
-    touch->spare = vec3_same(n[0], n[1]) && vec3_same(n[1], n[2]);
     touch->feature = 1 << best;
     touch->weight[0] = touch->weight[1] = touch->weight[2] = 0.0;
     touch->weight[best] = 1.0;
+    set_touch(c, touch, v[best]->distance, v[best]->place, v[best]->normal);
     touch->distance = bound;
-    touch->normal = n[best];
-    touch->point = vec3_axpy(p[best], -d[best], n[best]);
 }
 
 static void evaluate_touch(Contact *c, const Points *x, Touch *touch) {
     if (touch->place[1] >= 0) {
         evaluate_triangle(c, x, touch);
-        return;
+    } else {
+        evaluate_vertex(c, x, touch);
     }
-    const VertexDistance *v = vertex_distance(c, x, touch->place[0], touch->obstacle);
-    touch->distance = v->distance;
-    touch->normal = v->normal;
-    touch->point = vec3_axpy(point_at(x, touch->place[0]), -v->distance, v->normal);
 }
 
 /* ---- lists ---- */
@@ -111,16 +120,20 @@ static void add_touch(Contact *c, const Touch *touch, double due) {
     if (c->touch_count == c->touch_room) {
         Touch *old = c->touches;
         double *old_due = c->touch_due;
+        int *old_owner = c->touch_owner;
         c->touch_room = 2 * c->touch_room + 1024;
         c->touches = arena_push(c->arena, Touch, c->touch_room);
         c->touch_due = arena_push(c->arena, double, c->touch_room);
+        c->touch_owner = arena_push(c->arena, int, c->touch_room);
         c->due_touches = arena_push(c->arena, int, c->touch_room);
         if (c->touch_count > 0) {
             memcpy(c->touches, old, (size_t)c->touch_count * sizeof *old);
             memcpy(c->touch_due, old_due, (size_t)c->touch_count * sizeof *old_due);
+            memcpy(c->touch_owner, old_owner, (size_t)c->touch_count * sizeof *old_owner);
         }
     }
     c->touches[c->touch_count] = *touch;
+    c->touch_owner[c->touch_count] = touch->owner;
     c->touch_due[c->touch_count++] = due;
 }
 
@@ -172,8 +185,8 @@ static void query_group(Contact *c, const Points *x, int g, int o, double dt) {
     int owner = g * c->def->obstacle_count + o;
     GroupTouch *group = &c->group_touches[owner];
     double dhat = group_distance(c, g), step = group->speed * dt;
-    group->near = fmax(dhat, CONTACT_NEAR_STEPS * step);
-    double slack = fmax(CONTACT_LEAST_SLACK * dhat, CONTACT_SLACK_STEPS * step);
+    group->near = max2(dhat, CONTACT_NEAR_STEPS * step);
+    double slack = max2(CONTACT_LEAST_SLACK * dhat, CONTACT_LONG_SLACK_STEPS * step);
     double apart = group_apart(c, x, g, o);
     if (apart > group->near + slack) {
         group->limit = group->path + apart - group->near;
@@ -191,41 +204,48 @@ static bool is_wanted(const GroupTouch *group, bool by_path, double dt) {
                    : CONTACT_LEAST_NEAR_STEPS * group->speed * dt > group->near;
 }
 
+/* takes out a touch; the last one fills its place */
+static void drop_touch(Contact *c, int t) {
+    const Touch *touch = &c->touches[t];
+    if (touch->place[1] >= 0 && vec3_dot(touch->bristle, touch->bristle) > 0.0 &&
+        c->touch_memory_count < c->touch_memory_room) {
+        PairMemory *memory = &c->touch_memory[c->touch_memory_count++];
+        touch_key(touch, memory->place);
+        vec3_store(memory->bristle, touch->bristle);
+    }
+    int last = --c->touch_count;
+    c->touches[t] = c->touches[last];
+    c->touch_due[t] = c->touch_due[last];
+    c->touch_owner[t] = c->touch_owner[last];
+}
+
 /* searches the groups that spent their path, or that became too fast for their list */
 static bool search(Contact *c, ContactView view, bool by_path, double dt) {
     int owners = c->surface.group_count * c->def->obstacle_count, wanted = 0;
     for (int i = 0; i < owners; i++) {
-        wanted += is_wanted(&c->group_touches[i], by_path, dt);
+        c->owner_wanted[i] = is_wanted(&c->group_touches[i], by_path, dt);
+        wanted += c->owner_wanted[i];
     }
     if (wanted == 0) {
         return false;
     }
     Points x = contact_positions(view);
     c->statistics.rebuilds++;
-    int old = 0, count = c->touch_count;
-    PairMemory *memory = c->touch_memory;
     c->touch_memory_count = 0;
-    for (int t = 0; t < count; t++) {
-        const Touch *touch = &c->touches[t];
-        if (!is_wanted(&c->group_touches[touch->owner], by_path, dt)) {
-            c->touch_due[old] = c->touch_due[t];
-            c->touches[old++] = *touch;
-        } else if (touch->place[1] >= 0 && vec3_dot(touch->bristle, touch->bristle) > 0.0 &&
-                   c->touch_memory_count < c->touch_memory_room) {
-            PairMemory *m = &memory[c->touch_memory_count++];
-            touch_key(touch, m->place);
-            vec3_store(m->bristle, touch->bristle);
+    for (int t = 0; t < c->touch_count;) {
+        if (c->owner_wanted[c->touch_owner[t]]) {
+            drop_touch(c, t);
+        } else {
+            t++;
         }
     }
-    c->touch_count = old;
+    int first = c->touch_count;
     for (int i = 0; i < owners; i++) {
-        GroupTouch *group = &c->group_touches[i];
-        if (is_wanted(group, by_path, dt)) {
-            group->limit = INFINITY; /* do not ask twice */
+        if (c->owner_wanted[i]) {
             query_group(c, &x, i / c->def->obstacle_count, i % c->def->obstacle_count, dt);
         }
     }
-    obstacle_restore(c, old);
+    obstacle_restore(c, first);
     return true;
 }
 
@@ -264,10 +284,9 @@ void obstacle_begin(Contact *c, ContactView view, double dt) {
             group->limit = -1.0;
         }
     }
-    PairMemory *kept = c->touch_memory;
-    int kept_count = c->touch_memory_count;
+    int kept = c->touch_memory_count; /* from the last interval; nothing is dropped yet */
     search(c, view, true, dt);
-    c->touch_memory = kept, c->touch_memory_count = kept_count;
+    c->touch_memory_count = kept;
     obstacle_restore(c, 0);
 }
 
@@ -278,7 +297,7 @@ static double fastest_point(const ContactObstacle *obstacle, Pose a, Pose b, dou
     double bound = solid_bound(&obstacle->solid);
     Quat turn = quat_multiply(b.turn, quat_inverse(a.turn));
     double half = sqrt(turn.x * turn.x + turn.y * turn.y + turn.z * turn.z);
-    double angle = 2.0 * asin(fmin(1.0, half));
+    double angle = 2.0 * asin(min2(1.0, half));
     double turned = isfinite(bound) ? bound * angle : 0.0;
     return (vec3_length(vec3_sub(b.shift, a.shift)) + turned) / dt;
 }
@@ -292,7 +311,7 @@ void obstacle_demand(Contact *c, double dt, double time_end) {
         }
         /* a clock that fell behind catches up, and may run backwards with its programme */
         double behind = time_end - c->clocks[o], most = CONTACT_CATCH_UP * dt;
-        c->next_clocks[o] = c->clocks[o] + fmax(-most, fmin(most, behind));
+        c->next_clocks[o] = c->clocks[o] + max2(-most, min2(most, behind));
         c->next[o] = contact_pose(obstacle, c->next_clocks[o]);
         c->obstacle_speed[o] = fastest_point(obstacle, c->poses[o], c->next[o], dt);
     }
@@ -356,7 +375,8 @@ static void push_touch(Contact *c, ContactView view, Touch *touch, double dt, do
     contact_law(touch->distance, touch_distance(c, touch), k, &force, &curvature);
     Vec3 carried = point_velocity(c, touch, dt);
     Vec3 v = vec3_sub(touch_velocity(view, touch), carried);
-    double vn = vec3_dot(v, touch->normal), total = fmax(0.0, force - damping * vn);
+    double vn = vec3_dot(v, touch->normal), total = max2(0.0, force - damping * vn);
+    c->statistics.approach = max2(c->statistics.approach, -vn);
     c->statistics.damping += (force - total) * vn * share * dt;
     Vec3 sliding = vec3_axpy(v, -vn, touch->normal), sum = vec3_scale(total, touch->normal);
     bool vertex = touch->place[1] < 0;
@@ -391,13 +411,15 @@ static void evaluate(Contact *c, ContactView view) {
     c->due_touch_count = 0;
     for (int t = 0; t < c->touch_count; t++) {
         Touch *touch = &c->touches[t];
-        const GroupTouch *group = &c->group_touches[touch->owner];
+        const GroupTouch *group = &c->group_touches[c->touch_owner[t]];
         if (group->path < c->touch_due[t]) {
             continue;
         }
         evaluate_touch(c, &x, touch);
         c->touch_due[t] = group->path + touch->distance - group->near;
-        if (touch->distance <= group->near && !touch->spare) {
+        if (touch->spare) {
+            c->touch_due[t] = max2(c->touch_due[t], group->path + touch->margin);
+        } else if (touch->distance <= group->near) {
             c->due_touches[c->due_touch_count++] = t;
         } else {
             forget(c, touch);
@@ -434,7 +456,7 @@ void obstacle_forces(Contact *c, ContactView view, double dt, double share) {
         Touch *touch = &c->touches[c->due_touches[k]];
         bool vertex = touch->place[1] < 0;
         bool corner = touch->feature == 1 || touch->feature == 2 || touch->feature == 4;
-        c->statistics.smallest_gap = fmin(c->statistics.smallest_gap, touch->distance);
+        c->statistics.smallest_gap = min2(c->statistics.smallest_gap, touch->distance);
         if (touch->distance >= touch_distance(c, touch) || all_held(view, touch) ||
             (!vertex && corner)) {
             forget(c, touch);
@@ -471,7 +493,6 @@ void obstacle_impulses(Contact *c, ContactView view, double dt) {
         double floor = CONTACT_IMPULSE_GAP * touch_distance(c, touch);
         Vec3 v = vec3_sub(touch_velocity(view, touch), point_velocity(c, touch, dt));
         double vn = vec3_dot(v, touch->normal);
-        c->statistics.approach = fmax(c->statistics.approach, -vn);
         double least = touch->distance > floor ? (floor - touch->distance) / dt : 0.0;
         double mobility = 0.0;
         for (int a = 0; a < corner_count(touch); a++) {
@@ -500,7 +521,7 @@ void obstacle_shorten(Contact *c, ContactView view, double dt) {
     Points x = contact_positions(view);
     for (int k = 0; k < c->due_touch_count; k++) {
         const Touch *touch = &c->touches[c->due_touches[k]];
-        double reserve = fmax(0.0, fmin(reach_beyond(c, touch), 0.5 * touch->distance));
+        double reserve = max2(0.0, min2(reach_beyond(c, touch), 0.5 * touch->distance));
         double floor = reserve + CONTACT_PLANE_FLOOR * touch_distance(c, touch);
         for (int a = 0; a < corner_count(touch); a++) {
             int place = touch->place[a];
@@ -511,7 +532,7 @@ void obstacle_shorten(Contact *c, ContactView view, double dt) {
             double height = vec3_dot(touch->normal, vec3_sub(point_at(&x, place), touch->point));
             double room = CONTACT_PLANE_SHARE * (height - floor);
             if (approach > room) {
-                contact_shorten(c, place, fmax(room, 0.0) / approach);
+                contact_shorten(c, place, max2(room, 0.0) / approach);
             }
         }
     }
@@ -529,11 +550,11 @@ static double free_share(const Contact *c, ContactView view, const Points *x, in
         for (int a = 0; a < corner_count(touch); a++) {
             Vec3 v = contact_velocity(view, touch->place[a]);
             Vec3 end = vec3_axpy(point_at(x, touch->place[a]), dt, v);
-            gap = fmin(gap, vec3_dot(touch->normal, vec3_sub(end, touch->point)));
+            gap = min2(gap, vec3_dot(touch->normal, vec3_sub(end, touch->point)));
         }
         gap -= CONTACT_PLANE_FLOOR * touch_distance(c, touch);
         if (beyond > CONTACT_YIELD_SHARE * gap) {
-            phi = fmin(phi, fmax(0.0, CONTACT_YIELD_SHARE * gap / beyond));
+            phi = min2(phi, max2(0.0, CONTACT_YIELD_SHARE * gap / beyond));
         }
     }
     return phi;
@@ -583,7 +604,7 @@ double obstacle_energy(const Contact *c, ContactView view, double dt) {
         bool vertex = touch->place[1] < 0;
         bool corner = touch->feature == 1 || touch->feature == 2 || touch->feature == 4;
         double force, curvature, k = CONTACT_STIFFNESS * touch_mass(c, touch) / (dt * dt);
-        if (c->group_touches[touch->owner].path >= c->touch_due[t] && (vertex || !corner)) {
+        if (c->group_touches[c->touch_owner[t]].path >= c->touch_due[t] && (vertex || !corner)) {
             double share = vertex || touch->feature == 7 ? 1.0 : 0.5;
             energy += share *
                       contact_law(touch->distance, touch_distance(c, touch), k, &force, &curvature);
@@ -595,9 +616,9 @@ double obstacle_energy(const Contact *c, ContactView view, double dt) {
 double obstacle_room(const Contact *c) {
     double room = c->touch_count > 0 ? 0.0 : INFINITY;
     for (int i = 0; i < c->surface.group_count * c->def->obstacle_count; i++) {
-        room = fmin(room, c->group_touches[i].limit - c->group_touches[i].path);
+        room = min2(room, c->group_touches[i].limit - c->group_touches[i].path);
     }
-    return fmax(room, 0.0);
+    return max2(room, 0.0);
 }
 
 int obstacle_remember(const Contact *c, PairMemory *memory, int room) {

@@ -40,7 +40,7 @@ static double fastest_group(const Contact *c) {
     double most = 0.0;
     for (int g = 0; g < count; g++) {
         double speed = vec3_length(vec3_sub(c->motion[g].velocity, mean)) + c->motion[g].deviation;
-        most = fmax(most, speed);
+        most = max2(most, speed);
     }
     return most;
 }
@@ -157,7 +157,8 @@ static void push_pair(Contact *c, ContactView view, Pair *pair, double dt, doubl
     contact_law(pair->distance, pair->dhat, k, &force, &curvature);
     Vec3 v = pair_velocity(view, pair);
     double vn = vec3_dot(v, pair->normal), damping = 2.0 * CONTACT_SELF_DAMPING * sqrt(k * mass);
-    double total = fmax(0.0, force - damping * vn);
+    double total = max2(0.0, force - damping * vn);
+    c->statistics.approach = max2(c->statistics.approach, -vn);
     c->statistics.damping += (force - total) * vn * share * dt;
     Vec3 sliding = vec3_axpy(v, -vn, pair->normal);
     Vec3 sum = vec3_scale(total, pair->normal);
@@ -209,7 +210,7 @@ void self_forces(Contact *c, ContactView view, double dt, double share) {
     contact_clear_twins(c, c->due_count);
     for (int k = 0; k < c->due_count; k++) {
         Pair *pair = &l->pairs[c->due_pairs[k]];
-        c->statistics.smallest_self_gap = fmin(c->statistics.smallest_self_gap, pair->distance);
+        c->statistics.smallest_self_gap = min2(c->statistics.smallest_self_gap, pair->distance);
         if (is_active(c, view, c->due_pairs[k])) {
             push_pair(c, view, pair, dt, share);
         }
@@ -285,10 +286,7 @@ static void pair_impulse(Contact *c, ContactView view, const Pair *pair, double 
 
 void self_impulses(Contact *c, ContactView view, double dt) {
     for (int k = 0; k < c->due_count; k++) {
-        const Pair *pair = &c->lists.pairs[c->due_pairs[k]];
-        double vn = vec3_dot(pair_velocity(view, pair), pair->normal);
-        c->statistics.approach = fmax(c->statistics.approach, -vn);
-        pair_impulse(c, view, pair, dt);
+        pair_impulse(c, view, &c->lists.pairs[c->due_pairs[k]], dt);
     }
     for (int k = c->due_count - 1; k >= 0; k--) {
         pair_impulse(c, view, &c->lists.pairs[c->due_pairs[k]], dt);
@@ -313,7 +311,7 @@ static void pair_shorten(Contact *c, ContactView view, const Points *x, const Pa
         double height = side * vec3_dot(n, vec3_sub(point_at(x, pair->place[a]), middle));
         double room = CONTACT_PLANE_SHARE * (height - CONTACT_MIDDLE_FLOOR * pair->dhat);
         if (approach > room) {
-            contact_shorten(c, pair->place[a], fmax(room, 0.0) / approach);
+            contact_shorten(c, pair->place[a], max2(room, 0.0) / approach);
         }
     }
 }
@@ -333,7 +331,7 @@ bool self_check(Contact *c, ContactView view, double dt) {
             move_group(c, view, c->vertex_groups[m]);
         }
     }
-    c->level_step = fmax(c->level_step, 2.0 * fastest_group(c) * dt);
+    c->level_step = max2(c->level_step, 2.0 * fastest_group(c) * dt);
     bool again = false;
     for (int i = 0; i < l->group_pair_count; i++) {
         GroupPair *pair = &l->group_pairs[i];
@@ -361,7 +359,7 @@ double self_room(const Contact *c) {
     }
     double room = l->reach - l->widest - l->spent;
     for (int i = 0; i < l->group_pair_count; i++) {
-        room = fmin(room, l->group_pairs[i].limit - l->group_pairs[i].path);
+        room = min2(room, l->group_pairs[i].limit - l->group_pairs[i].path);
     }
-    return fmax(room, 0.0);
+    return max2(room, 0.0);
 }

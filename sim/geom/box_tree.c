@@ -3,9 +3,9 @@
 #include <stdlib.h>
 
 double box_distance(const Box *a, const Box *b) {
-    double x = fmax(0.0, fmax(a->low.x - b->high.x, b->low.x - a->high.x));
-    double y = fmax(0.0, fmax(a->low.y - b->high.y, b->low.y - a->high.y));
-    double z = fmax(0.0, fmax(a->low.z - b->high.z, b->low.z - a->high.z));
+    double x = max2(0.0, max2(a->low.x - b->high.x, b->low.x - a->high.x));
+    double y = max2(0.0, max2(a->low.y - b->high.y, b->low.y - a->high.y));
+    double z = max2(0.0, max2(a->low.z - b->high.z, b->low.z - a->high.z));
     return sqrt(x * x + y * y + z * z);
 }
 

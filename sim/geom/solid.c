@@ -19,7 +19,7 @@ static double distance_box(Vec3 p, Vec3 b, double radius, Vec3 *normal) {
     Vec3 core = {b.x - radius, b.y - radius, b.z - radius};
     Vec3 q = {fabs(p.x) - core.x, fabs(p.y) - core.y, fabs(p.z) - core.z};
     Vec3 sign = {copysign(1, p.x), copysign(1, p.y), copysign(1, p.z)};
-    Vec3 out = {fmax(q.x, 0), fmax(q.y, 0), fmax(q.z, 0)};
+    Vec3 out = {max2(q.x, 0), max2(q.y, 0), max2(q.z, 0)};
     double outside = vec3_length(out);
     if (outside > 0.0) {
         *normal =
@@ -31,7 +31,7 @@ static double distance_box(Vec3 p, Vec3 b, double radius, Vec3 *normal) {
         return q.x - radius;
     }
     *normal = q.y >= q.z ? vec3(0, sign.y, 0) : vec3(0, 0, sign.z);
-    return fmax(q.y, q.z) - radius;
+    return max2(q.y, q.z) - radius;
 }
 
 /* profile (r, z) of a body of revolution back to space */
@@ -51,7 +51,7 @@ static double distance_cylinder(Vec3 p, double half, double radius, Vec3 *normal
         return d;
     }
     *normal = qr > qz ? revolve(p, r, 1, 0) : vec3(0, 0, up);
-    return fmax(qr, qz);
+    return max2(qr, qz);
 }
 
 static double distance_capsule(Vec3 p, double half, double radius, Vec3 *normal) {
@@ -77,7 +77,7 @@ static double distance_cone(Vec3 p, double half, double radius, Vec3 *normal) {
     }
     if (to_side <= 0.0 && to_base <= 0.0) {
         *normal = to_side > to_base ? revolve(p, r, side_r, side_z) : vec3(0, 0, -1);
-        return fmax(to_side, to_base);
+        return max2(to_side, to_base);
     }
     if (along <= slant && to_side > 0.0) {
         *normal = revolve(p, r, side_r, side_z);
@@ -124,7 +124,7 @@ double solid_support(const Solid *solid, Vec3 d) {
     case SOLID_CAPSULE:
         return fabs(d.z) * half.z + r;
     case SOLID_CONE:
-        return fmax(d.z * half.z, across * r - d.z * half.z);
+        return max2(d.z * half.z, across * r - d.z * half.z);
     case SOLID_PLANE:
         break;
     }

@@ -27,6 +27,10 @@ extern const char *const solid_names[SOLID_KIND_COUNT + 1]; /* by kind, NULL-ter
  * point, normal to *normal, has the solid on one side. */
 double solid_distance(const Solid *solid, Vec3 p, Vec3 *normal);
 
+/* [m] how far p can move in any direction, at least, with the normal of a flat side staying what
+ * it is; 0 where the surface is round. */
+double solid_flat_margin(const Solid *solid, Vec3 p);
+
 /* [m] largest dot product of a point of the solid with the unit vector `direction` (both in the
  * solid's frame); for a plane 0 along +z and INFINITY otherwise. */
 double solid_support(const Solid *solid, Vec3 direction);

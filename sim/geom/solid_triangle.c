@@ -35,6 +35,23 @@ Vec3 solid_support_point(const Solid *solid, Vec3 d) {
     return vec3(0, 0, 0);
 }
 
+double solid_flat_margin(const Solid *solid, Vec3 p) {
+    if (solid->kind == SOLID_PLANE) {
+        return INFINITY;
+    }
+    if (solid->kind != SOLID_BOX) {
+        return 0.0;
+    }
+    double q[3] = {fabs(p.x) - (solid->half.x - solid->radius),
+                   fabs(p.y) - (solid->half.y - solid->radius),
+                   fabs(p.z) - (solid->half.z - solid->radius)};
+    int top = q[0] >= q[1] && q[0] >= q[2] ? 0 : q[1] >= q[2] ? 1 : 2;
+    double side = max2(q[(top + 1) % 3], q[(top + 2) % 3]);
+    /* beside the face nothing changes before a second coordinate leaves the core; inside, before
+     * another face is nearer */
+    return max2(0.0, q[top] > 0.0 ? -side : 0.5 * (q[top] - side));
+}
+
 typedef struct Side {
     double at, distance; /* share of the way from the first end */
     Vec3 normal;
@@ -64,7 +81,11 @@ static bool search_box_side(const Solid *box, Vec3 a, Vec3 b, Side *best) {
     double low = 0.0, high = 1.0, rise;
     for (int k = 0; k < 6; k++) {
         int c = k / 2;
-        double at = ((k % 2 ? core[c] : -core[c]) - p[c]) / t[c];
+        double border = (k % 2 ? core[c] : -core[c]) - p[c];
+        if ((border > 0.0) != (border < t[c])) { /* both ends on the same side of it */
+            continue;
+        }
+        double at = border / t[c];
         if (at > low && at < high) {
             if (box_slope(core, p, t, at, &rise) > 0.0) {
                 high = at;
@@ -77,7 +98,7 @@ static bool search_box_side(const Solid *box, Vec3 a, Vec3 b, Side *best) {
     if (rise <= 0.0) {
         return false;
     }
-    best->at = fmin(fmax(middle - slope / rise, low), high);
+    best->at = min2(max2(middle - slope / rise, low), high);
     best->distance = solid_distance(box, vec3_axpy(a, best->at, vec3_sub(b, a)), &best->normal);
     return true;
 }
@@ -161,7 +182,7 @@ int solid_nearest_on_triangle(const Solid *solid, const Vec3 x[3], const double 
     double fall = 0.0;
     for (int k = 0; k < 3; k++) {
         Vec3 to = vec3_sub(x[k], p);
-        fall = fmin(fall, vec3_dot(up, to) + FALL_TOLERANCE * vec3_length(to));
+        fall = min2(fall, vec3_dot(up, to) + FALL_TOLERANCE * vec3_length(to));
     }
     double inside[3];
     if (fall < 0.0 && search_face(solid, x, up, inside)) {

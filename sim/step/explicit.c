@@ -366,7 +366,8 @@ static void kick_with_contact(Explicit *e, double dt, double share, double time_
 /* drift that crosses nothing */
 static double guarded_drift(Explicit *e, double dt) {
     if (e->contact) {
-        contact_guard(e->contact, view_of(e), dt, fastest_now(e));
+        double fastest = contact_is_quiet(e->contact) ? fastest_now(e) : 0.0;
+        contact_guard(e->contact, view_of(e), dt, fastest);
     }
     return drift(e, dt);
 }
