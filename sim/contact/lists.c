@@ -2,10 +2,11 @@
 
 #include <math.h>
 #include <stdint.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "sim/contact/constants.h"
+
+#define TRIM_BINS 32 /* of distance, to choose a slack */
 
 Lists lists_create(const Surface *surface, const double *start, Arena *arena) {
     Lists l = {.surface = surface, .arena = arena, .stamp = 1};
@@ -455,26 +456,22 @@ static void search_pair(const Search *s, const GroupPair *pair) {
     }
 }
 
-static int by_size(const void *a, const void *b) {
-    double p = *(const double *)a, q = *(const double *)b;
-    return (p > q) - (p < q);
-}
-
 /* [m] slack that leaves few pairs of those from `first` on, but at least `slack`; drops the rest */
 static double trim_pairs(Lists *l, int first, double near, double slack, double longest) {
     int found = l->pair_count - first;
-    if (found <= CONTACT_FEW_PAIRS) {
+    if (found <= CONTACT_FEW_PAIRS || longest <= slack) {
         return longest;
     }
-    if (found > l->sorted_room) {
-        l->sorted_room = 2 * found;
-        l->sorted = arena_push(l->arena, double, l->sorted_room);
+    int bins[TRIM_BINS] = {0}, most = 0;
+    double width = longest / TRIM_BINS;
+    for (int p = first; p < l->pair_count; p++) {
+        int bin = (int)((l->pairs[p].distance - near) / width);
+        bins[bin < 0 ? 0 : bin >= TRIM_BINS ? TRIM_BINS - 1 : bin]++;
     }
-    for (int i = 0; i < found; i++) {
-        l->sorted[i] = l->pairs[first + i].distance;
+    for (int sum = bins[0]; most + 1 < TRIM_BINS && sum <= CONTACT_FEW_PAIRS;) {
+        sum += bins[++most];
     }
-    qsort(l->sorted, (size_t)found, sizeof *l->sorted, by_size);
-    slack = max2(slack, l->sorted[CONTACT_FEW_PAIRS] - near);
+    slack = max2(slack, most * width);
     int kept = first;
     for (int p = first; p < l->pair_count; p++) {
         if (l->pairs[p].distance <= near + slack) {

@@ -80,10 +80,8 @@ typedef struct Lists {
     long stamp;          /* changes when positions change */
     GroupPair *group_pairs, *old_group_pairs;
     int group_pair_count, group_pair_room;
-    int *renumber;  /* (group_pair_room) */
-    double *sorted; /* (sorted_room) distances, while a search is trimmed */
-    int sorted_room;
-    int *slots; /* hash of group pairs, for remakes */
+    int *renumber; /* (group_pair_room) */
+    int *slots;    /* hash of group pairs, for remakes */
     int slot_count;
     double reach;  /* [m] groups farther apart are not listed */
     double spent;  /* [m] of it used up by motion */
@@ -111,6 +109,10 @@ int lists_query(Lists *lists, const Points *x, const unsigned char *wanted, doub
 
 /* Closest points of a pair. */
 void pair_evaluate(const Points *x, Pair *pair);
+
+/* [m] a lower bound of the distance, from the normal of the last evaluation: cheap, and tight
+ * while the pair has not turned. */
+double pair_bound(const Points *x, const Pair *pair);
 
 /* Copies stretched bristles out; returns their number, at most `room`. */
 int lists_remember(const Lists *lists, PairMemory *memory, int room);

@@ -30,3 +30,12 @@ void pair_evaluate(const Points *points, Pair *pair) {
         pair->normal = vec3_scale(1.0 / pair->distance, apart);
     }
 }
+
+double pair_bound(const Points *points, const Pair *pair) {
+    double height[4];
+    for (int k = 0; k < 4; k++) {
+        height[k] = vec3_dot(pair->normal, point_at(points, pair->place[k]));
+    }
+    return pair->kind == PAIR_FACE ? height[0] - max2(max2(height[1], height[2]), height[3])
+                                   : min2(height[0], height[1]) - max2(height[2], height[3]);
+}

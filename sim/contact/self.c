@@ -69,6 +69,11 @@ static void evaluate(Contact *c, ContactView view) {
             continue;
         }
         Pair *pair = &l->pairs[p];
+        double bound = pair->distance > owner->near ? pair_bound(&x, pair) : 0.0;
+        if (bound > owner->near) {
+            l->due[p] = owner->path + bound - owner->near;
+            continue;
+        }
         pair_evaluate(&x, pair);
         l->due[p] = owner->path + pair->distance - owner->near;
         if (pair->distance <= owner->near) {
