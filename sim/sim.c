@@ -151,7 +151,7 @@ typedef struct Kept {
     int64_t count;
 } Kept;
 
-enum { KEPT_COUNT = 8 };
+enum { KEPT_COUNT = 10 };
 /* the states file keeps a PairMemory as so many doubles, bit by bit */
 #define PAIR_DOUBLES ((int64_t)(sizeof(PairMemory) / sizeof(double)))
 
@@ -168,6 +168,8 @@ static void list_kept(const Sim *sim, Kept kept[KEPT_COUNT]) {
         {"step.x_before", s->x_before, before ? places : 0},
         {"step.v_before", s->v_before, before ? places : 0},
         {"step.approach", (double *)&s->contact.approach, 1},
+        {"step.stiffness", (double *)&s->contact.stiffness, 1},
+        {"step.shrink", (double *)&s->contact.shrink, 1},
         {"step.clocks", s->contact.clocks, obstacles},
         {"step.bristles", s->contact.bristles, places * obstacles},
     };

@@ -6,7 +6,14 @@
 /* k = share * m / dt^2. Larger pumps energy, smaller sinks deeper (g dt^2 / share at rest). */
 #define CONTACT_STIFFNESS 0.2       /* against obstacles */
 #define CONTACT_SELF_STIFFNESS 0.06 /* many pairs share a vertex */
-#define CONTACT_DAMPING 0.1         /* of critical, along the normal; 0.2 pumps with many pairs */
+/* When impulses have to hold the cloth apart in more than one of so many steps, the law is too
+ * soft: it is made stiffer, then the step shorter; both are taken back slowly. */
+#define CONTACT_MOST_STIFFNESS 0.4 /* pumps without damping */
+#define CONTACT_STIFFER 1.5        /* from one interval to the next */
+#define CONTACT_SOFTER 0.95
+#define CONTACT_LEAST_SHRINK 0.35
+#define CONTACT_MOST_IMPULSES 1.0 /* per step */
+#define CONTACT_DAMPING 0.1       /* of critical, along the normal; 0.2 pumps with many pairs */
 #define CONTACT_SELF_DAMPING 0.05
 #define CONTACT_LOG_BELOW 0.5    /* of dhat: the law turns logarithmic */
 #define CONTACT_LEAST_GAP 1e-6   /* of dhat: keeps the logarithm finite; the guard keeps 0.02 */
@@ -31,7 +38,7 @@
 #define CONTACT_LEAST_NEAR_STEPS 1.2 /* a list with less room is made again; 1 is the bound */
 #define CONTACT_SLACK_STEPS 20.0     /* steps until pairs are looked for again */
 #define CONTACT_LONG_SLACK_STEPS 100.0 /* where few pairs are found: they cost less than searches */
-#define CONTACT_LONG_SLACK 0.2 /* of the spacing, at most: neighbours come into reach beyond */
+#define CONTACT_LONG_SLACK 0.25 /* of the spacing, at most: neighbours come into reach beyond */
 #define CONTACT_FEW_PAIRS 8
 #define CONTACT_LEAST_SLACK 0.35 /* of dhat */
 #define CONTACT_GROUP_REACH 0.4  /* of the size of a group: how far neighbours are listed */

@@ -131,8 +131,35 @@ void contact_push(Contact *c, ContactView view, int place, Vec3 force, double st
     }
 }
 
-Vec3 contact_friction(Contact *c, Vec3 *bristle, Vec3 normal, Vec3 sliding, double share_dt,
-                      double limit, double kt, double mass) {
+void contact_note_loss(Contact *c, const Loss *loss) {
+    if (c->loss_count == c->loss_room) {
+        Loss *old = c->losses;
+        c->loss_room = 2 * c->loss_room + 256;
+        c->losses = arena_push(c->arena, Loss, c->loss_room);
+        if (c->loss_count > 0) {
+            memcpy(c->losses, old, (size_t)c->loss_count * sizeof *old);
+        }
+    }
+    c->losses[c->loss_count++] = *loss;
+}
+
+/* the work of a force over the step is force times the mean of the velocities around the kick */
+static void count_losses(Contact *c, ContactView view) {
+    for (int k = 0; k < c->loss_count; k++) {
+        const Loss *loss = &c->losses[k];
+        Vec3 v = vec3_scale(-1.0, loss->base);
+        for (int a = 0; a < loss->count; a++) {
+            v = vec3_axpy(v, loss->weight[a], contact_velocity(view, loss->place[a]));
+        }
+        Vec3 mean = vec3_scale(0.5, vec3_add(v, loss->before));
+        c->statistics.damping -= c->loss_time * vec3_dot(mean, loss->damping);
+        c->statistics.friction -= c->loss_time * vec3_dot(mean, loss->friction);
+    }
+    c->loss_count = 0;
+}
+
+Vec3 contact_friction(Vec3 *bristle, Vec3 normal, Vec3 sliding, double share_dt, double limit,
+                      double kt, double mass) {
     Vec3 t = vec3_axpy(*bristle, share_dt, sliding);
     t = vec3_axpy(t, -vec3_dot(t, normal), normal);
     double pull = kt * vec3_length(t);
@@ -143,9 +170,7 @@ Vec3 contact_friction(Contact *c, Vec3 *bristle, Vec3 normal, Vec3 sliding, doub
     double ct = 2.0 * CONTACT_BRISTLE_DAMPING * sqrt(kt * mass);
     Vec3 force = vec3_axpy(vec3_scale(-kt, t), -ct, sliding);
     double size = vec3_length(force);
-    force = size > limit && size > 0.0 ? vec3_scale(limit / size, force) : force;
-    c->statistics.friction -= vec3_dot(force, sliding) * share_dt;
-    return force;
+    return size > limit && size > 0.0 ? vec3_scale(limit / size, force) : force;
 }
 
 void contact_clear_twins(Contact *c, int most) {
@@ -212,6 +237,9 @@ void contact_begin(Contact *c, ContactView view, const ContactMemory *memory, do
     c->touch_memory_count = touches;
     lists_clear(&c->lists, memory->pairs + touches, memory->pair_count - touches);
     c->quiet = false;
+    c->step_count = 0.0;
+    c->stiffness = memory->stiffness > 0.0 ? memory->stiffness : CONTACT_SELF_STIFFNESS;
+    c->shrink = memory->shrink > 0.0 ? memory->shrink : 1.0;
     if (c->def->self) {
         self_begin(c, view, dt);
     } else {
@@ -222,7 +250,22 @@ void contact_begin(Contact *c, ContactView view, const ContactMemory *memory, do
     }
 }
 
+/* stiffness and step for the next interval, by the impulses of this one */
+static void adapt(const Contact *c, ContactMemory *memory) {
+    bool soft = c->statistics.impulses > CONTACT_MOST_IMPULSES * c->step_count;
+    double stiffness = c->stiffness * (soft ? CONTACT_STIFFER : CONTACT_SOFTER);
+    double shrink = c->shrink;
+    if (soft && stiffness > CONTACT_MOST_STIFFNESS) {
+        shrink /= CONTACT_STIFFER;
+    } else if (!soft) {
+        shrink /= CONTACT_SOFTER;
+    }
+    memory->stiffness = max2(CONTACT_SELF_STIFFNESS, min2(stiffness, CONTACT_MOST_STIFFNESS));
+    memory->shrink = max2(CONTACT_LEAST_SHRINK, min2(shrink, 1.0));
+}
+
 void contact_end(const Contact *c, ContactMemory *memory) {
+    adapt(c, memory);
     size_t o = (size_t)c->def->obstacle_count;
     memcpy(memory->poses, c->poses, o * sizeof *c->poses);
     memcpy(memory->clocks, c->clocks, o * sizeof *c->clocks);
@@ -237,6 +280,8 @@ void contact_end(const Contact *c, ContactMemory *memory) {
 
 void contact_forces(Contact *c, ContactView view, double dt, double share, double time_end) {
     obstacle_demand(c, dt, time_end);
+    c->loss_time = share * dt;
+    c->step_count++;
     if (c->quiet) {
         return;
     }
@@ -256,6 +301,7 @@ void contact_forces(Contact *c, ContactView view, double dt, double share, doubl
 }
 
 void contact_clear(Contact *c, ContactView view) {
+    count_losses(c, view);
     for (int k = 0; k < c->touched_count; k++) {
         int place = c->touched[k], slot = view.slot[place];
         view.lanes->f[0][slot] = view.lanes->f[1][slot] = view.lanes->f[2][slot] = 0.0;

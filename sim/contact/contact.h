@@ -69,7 +69,9 @@ typedef struct ContactMemory {
     double *bristles;  /* [m] (vertex_count x obstacle_count x 3) of vertices at obstacles */
     PairMemory *pairs; /* (pair_room) all other bristles: touch_count at obstacles, then cloth */
     int touch_count, pair_count, pair_room;
-    double approach; /* [m/s] fastest of a near pair in the last interval */
+    double approach;  /* [m/s] fastest of a touching pair in the last interval */
+    double stiffness; /* of cloth to cloth, share of m / dt^2: more where cloth is pressed hard */
+    double shrink;    /* of the step: less than 1 when more stiffness is not enough */
 } ContactMemory;
 
 /* Places for pairs of this many per vertex; more bristles than that are forgotten. */

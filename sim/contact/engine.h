@@ -45,6 +45,15 @@ typedef struct Frame {
     Vec3 origin, axis[3];
 } Frame;
 
+/* A pair that gives a force: what damping and friction do is known after the kick. */
+typedef struct Loss {
+    int count, place[4];
+    double weight[4];
+    Vec3 damping, friction; /* [N] */
+    Vec3 base;              /* [m/s] velocity of the obstacle; added to what is subtracted */
+    Vec3 before;            /* [m/s] relative velocity before the kick */
+} Loss;
+
 struct Contact {
     const ContactDef *def;
     Arena *arena;
@@ -65,8 +74,13 @@ struct Contact {
     int *touched;  /* vertices with forces in this step */
     unsigned char *is_touched;
     int touched_count;
-    double *scale; /* (vertex_count) share of a motion that the planes leave */
-    int *changed;  /* vertices whose velocity the guard changed */
+    Loss *losses; /* of this step */
+    int loss_count, loss_room;
+    double loss_time; /* [s] length of this step's kick */
+    double stiffness, shrink;
+    double step_count; /* in this interval */
+    double *scale;     /* (vertex_count) share of a motion that the planes leave */
+    int *changed;      /* vertices whose velocity the guard changed */
     unsigned char *is_changed;
     int changed_count;
     double level_step;   /* [m] how much nearer any two groups come in this step, at most */
@@ -113,11 +127,12 @@ static inline double contact_mobility(const Contact *c, ContactView view, int pl
 
 /* Adds a force and its stiffness (for the inertia of the kick) to a vertex. */
 void contact_push(Contact *c, ContactView view, int place, Vec3 force, double stiffness);
-/* The bristle moves by `moved`, is cut to `limit` and answers with a force. Adds to the energy
- * that friction took (sliding: relative velocity). */
-Vec3 contact_friction(Contact *c, Vec3 *bristle, Vec3 normal, Vec3 sliding, double share_dt,
-                      double limit, double kt, double mass);
+/* The bristle follows the sliding velocity for `share_dt`, is cut to `limit` and answers with a
+ * force. */
+Vec3 contact_friction(Vec3 *bristle, Vec3 normal, Vec3 sliding, double share_dt, double limit,
+                      double kt, double mass);
 /* The index that came first with this key since contact_clear_twins, or -1: `index` is the first. */
+void contact_note_loss(Contact *c, const Loss *loss);
 int contact_find_twin(Contact *c, uint64_t key, int index);
 void contact_clear_twins(Contact *c, int most);
 /* Notes a motion that must shrink to `share`. */

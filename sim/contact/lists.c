@@ -492,7 +492,8 @@ static void query_one(Lists *l, const Points *x, int index, double dt) {
     double dhat = 0.5 * (of_a->distance + of_b->distance), step = pair->speed * dt;
     pair->near = max2(dhat, CONTACT_NEAR_STEPS * step);
     l->widest = max2(l->widest, pair->near);
-    double slack = max2(CONTACT_LEAST_SLACK * dhat, CONTACT_SLACK_STEPS * step);
+    double most = max2(CONTACT_LEAST_SLACK * dhat, CONTACT_LONG_SLACK * of_a->h1);
+    double slack = min2(most, max2(CONTACT_LEAST_SLACK * dhat, CONTACT_SLACK_STEPS * step));
     double enough = pair->near + CONTACT_LEAST_SLACK * dhat, apart = flat_distance(l, x, pair);
     if (apart <= enough) {
         bound_group(l, x, pair->a);
@@ -506,8 +507,7 @@ static void query_one(Lists *l, const Points *x, int index, double dt) {
         return;
     }
     l->statistics.queries++;
-    double longest =
-        max2(slack, min2(CONTACT_LONG_SLACK_STEPS * step, CONTACT_LONG_SLACK * of_a->h1));
+    double longest = max2(slack, min2(most, CONTACT_LONG_SLACK_STEPS * step));
     Search search = {.lists = l,
                      .x = x,
                      .owner = index,

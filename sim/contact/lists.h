@@ -108,11 +108,11 @@ void lists_remake(Lists *lists, const Points *x, double least_reach);
 int lists_query(Lists *lists, const Points *x, const unsigned char *wanted, double dt);
 
 /* Closest points of a pair. */
-void pair_evaluate(const Points *x, Pair *pair);
+void pair_evaluate(const Points *points, Pair *pair);
 
 /* [m] a lower bound of the distance, from the normal of the last evaluation: cheap, and tight
  * while the pair has not turned. */
-double pair_bound(const Points *x, const Pair *pair);
+double pair_bound(const Points *points, const Pair *pair);
 
 /* Copies stretched bristles out; returns their number, at most `room`. */
 int lists_remember(const Lists *lists, PairMemory *memory, int room);

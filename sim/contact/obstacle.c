@@ -377,14 +377,22 @@ static void push_touch(Contact *c, ContactView view, Touch *touch, double dt, do
     Vec3 v = vec3_sub(touch_velocity(view, touch), carried);
     double vn = vec3_dot(v, touch->normal), total = max2(0.0, force - damping * vn);
     c->statistics.approach = max2(c->statistics.approach, -vn);
-    c->statistics.damping += (force - total) * vn * share * dt;
-    Vec3 sliding = vec3_axpy(v, -vn, touch->normal), sum = vec3_scale(total, touch->normal);
+    Vec3 sliding = vec3_axpy(v, -vn, touch->normal);
     bool vertex = touch->place[1] < 0;
     double *memory = vertex_bristle(c, touch->place[0], touch->obstacle);
     Vec3 bristle = vertex ? vec3_load(memory) : touch->bristle;
-    sum = vec3_add(sum, contact_friction(c, &bristle, touch->normal, sliding, share * dt,
-                                         total * touch_friction(c, touch),
-                                         CONTACT_BRISTLE_SHARE * k, mass));
+    Vec3 friction =
+        contact_friction(&bristle, touch->normal, sliding, share * dt,
+                         total * touch_friction(c, touch), CONTACT_BRISTLE_SHARE * k, mass);
+    Vec3 sum = vec3_axpy(friction, total, touch->normal);
+    Loss loss = {.count = corner_count(touch),
+                 .damping = vec3_scale(total - force, touch->normal),
+                 .friction = friction,
+                 .base = carried,
+                 .before = v};
+    memcpy(loss.place, touch->place, sizeof touch->place);
+    memcpy(loss.weight, touch->weight, sizeof touch->weight);
+    contact_note_loss(c, &loss);
     touch->bristle = bristle;
     if (vertex) {
         vec3_store(memory, bristle);

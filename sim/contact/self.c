@@ -124,7 +124,7 @@ static double pair_mass(const Contact *c, const Pair *pair) {
 }
 
 static double pair_stiffness(const Contact *c, const Pair *pair, double dt) {
-    return CONTACT_SELF_STIFFNESS * pair->soft * pair_mass(c, pair) / (dt * dt);
+    return c->stiffness * pair->soft * pair_mass(c, pair) / (dt * dt);
 }
 
 static double pair_friction(const Contact *c, const Pair *pair) {
@@ -164,12 +164,18 @@ static void push_pair(Contact *c, ContactView view, Pair *pair, double dt, doubl
     double vn = vec3_dot(v, pair->normal), damping = 2.0 * CONTACT_SELF_DAMPING * sqrt(k * mass);
     double total = max2(0.0, force - damping * vn);
     c->statistics.approach = max2(c->statistics.approach, -vn);
-    c->statistics.damping += (force - total) * vn * share * dt;
     Vec3 sliding = vec3_axpy(v, -vn, pair->normal);
-    Vec3 sum = vec3_scale(total, pair->normal);
-    sum = vec3_add(sum, contact_friction(c, &pair->bristle, pair->normal, sliding, share * dt,
-                                         total * pair_friction(c, pair), CONTACT_BRISTLE_SHARE * k,
-                                         mass));
+    Vec3 friction =
+        contact_friction(&pair->bristle, pair->normal, sliding, share * dt,
+                         total * pair_friction(c, pair), CONTACT_BRISTLE_SHARE * k, mass);
+    Vec3 sum = vec3_axpy(friction, total, pair->normal);
+    Loss loss = {.count = 4,
+                 .damping = vec3_scale(total - force, pair->normal),
+                 .friction = friction,
+                 .before = v};
+    memcpy(loss.place, pair->place, sizeof loss.place);
+    memcpy(loss.weight, pair->weight, sizeof loss.weight);
+    contact_note_loss(c, &loss);
     for (int a = 0; a < 4; a++) {
         double w = pair->weight[a];
         if (w != 0.0) {

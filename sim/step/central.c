@@ -86,6 +86,7 @@ static bool advance(const System *system, void *data, State *state, double time_
         longest = fmin(longest, solver->step);
     }
     longest = fmin(longest, contact_step(system, state, interval));
+    longest *= state->contact.shrink > 0.0 ? state->contact.shrink : 1.0;
     ExplicitResult result = {0};
     for (int halvings = 0; halvings <= STEP_MAX_HALVINGS; halvings++) {
         ExplicitRun run = {.steps = (int)fmax(1.0, ceil(interval / longest - 1e-9))};

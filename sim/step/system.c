@@ -232,6 +232,8 @@ void state_copy(const System *system, State *to, const State *from) {
     memcpy(to->contact.clocks, from->contact.clocks, o * sizeof *to->contact.clocks);
     memcpy(to->contact.bristles, from->contact.bristles, n * o * sizeof *to->contact.bristles);
     to->contact.approach = from->contact.approach;
+    to->contact.stiffness = from->contact.stiffness;
+    to->contact.shrink = from->contact.shrink;
     to->contact.touch_count = from->contact.touch_count;
     to->contact.pair_count = from->contact.pair_count;
     memcpy(to->contact.pairs, from->contact.pairs,

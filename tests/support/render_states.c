@@ -225,8 +225,9 @@ static bool add_figure(Setup *setup, Arena *arena) {
     if (!mesh_import(&def, arena, mesh, NULL)) {
         return false;
     }
-    setup->mesh_of_figure = (StateMesh){mesh->vertex_count, mesh->triangle_count, mesh->vertices,
-                                        mesh->triangles, true, mesh->closed};
+    setup->mesh_of_figure =
+        (StateMesh){mesh->vertex_count, mesh->triangle_count, mesh->vertices, mesh->triangles, true,
+                    mesh->closed};
     add_obstacle(setup, "figure", "clay", (Solid){SOLID_SPHERE, {0, 0, 0}, mesh->high[2]},
                  vec3(0, 0, 0));
     setup->obstacles[0].mesh = &setup->mesh_of_figure;
