@@ -34,7 +34,7 @@
 #define CONTACT_YIELD_SHARE 0.95  /* of the room left that an obstacle may use */
 #define CONTACT_CATCH_UP 1.25     /* of dt: fastest clock of an obstacle that fell behind */
 
-#define CONTACT_NEAR_STEPS 3.0       /* steps of relative motion within which pairs are evaluated */
+#define CONTACT_NEAR_STEPS 2.0       /* steps of relative motion within which pairs are evaluated */
 #define CONTACT_LEAST_NEAR_STEPS 1.2 /* a list with less room is made again; 1 is the bound */
 #define CONTACT_SLACK_STEPS 20.0     /* steps until pairs are looked for again */
 #define CONTACT_LONG_SLACK_STEPS 100.0 /* where few pairs are found: they cost less than searches */

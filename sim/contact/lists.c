@@ -507,7 +507,7 @@ static void query_one(Lists *l, const Points *x, int index, double dt) {
         return;
     }
     l->statistics.queries++;
-    double longest = max2(slack, min2(most, CONTACT_LONG_SLACK_STEPS * step));
+    double longest = pair->dense ? slack : max2(slack, min2(most, CONTACT_LONG_SLACK_STEPS * step));
     Search search = {.lists = l,
                      .x = x,
                      .owner = index,
@@ -519,6 +519,7 @@ static void query_one(Lists *l, const Points *x, int index, double dt) {
                      .first = of_a->first};
     int first = l->pair_count;
     search_pair(&search, pair);
+    pair->dense = l->pair_count - first > CONTACT_FEW_PAIRS;
     pair->limit = pair->path + trim_pairs(l, first, pair->near, slack, longest);
 }
 

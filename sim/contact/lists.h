@@ -35,6 +35,7 @@ typedef struct GroupPair {
     double limit; /* [m] path until which its pairs are complete */
     double near;  /* [m] */
     double speed; /* [m/s] bound of the relative speed in this step */
+    bool dense;   /* many pairs were found: the next search reaches less far */
 } GroupPair;
 
 typedef enum PairKind {

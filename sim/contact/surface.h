@@ -2,7 +2,7 @@
  *
  * A *cell* is two triangles with a common edge (or one that found no partner). Every vertex and
  * edge is owned by the first cell that has it, so that pairs of cells give each pair of features
- * once. A *group* is up to 16 neighbouring cells: 4 x 4 on a lattice. */
+ * once. A *group* is up to 9 neighbouring cells: 3 x 3 on a lattice. */
 #ifndef TOILE_CONTACT_SURFACE_H
 #define TOILE_CONTACT_SURFACE_H
 
@@ -11,7 +11,7 @@
 #include "sim/base/arena.h"
 #include "sim/geom/box_tree.h"
 
-#define SURFACE_BLOCK 4 /* cells along a side of a lattice group; 3 and 5 cost more */
+#define SURFACE_BLOCK 3 /* cells along a side of a lattice group; 2 and 4 cost up to a fifth more */
 #define SURFACE_GROUP_CELLS (SURFACE_BLOCK * SURFACE_BLOCK)
 
 /* One cloth as it comes from its panel. */

@@ -8,6 +8,9 @@
 /* v dt <= this share of the contact distance, or impacts are stopped by the guard alone */
 #define CONTACT_COURANT 0.25
 
+/* of the stability limit: what is faster is stopped by the guard, without bounce */
+#define LEAST_CONTACT_SHARE 0.15
+
 typedef struct Central {
     Explicit *engine;
     State trial;
@@ -85,7 +88,8 @@ static bool advance(const System *system, void *data, State *state, double time_
     if (solver->step > 0.0) {
         longest = fmin(longest, solver->step);
     }
-    longest = fmin(longest, contact_step(system, state, interval));
+    longest = fmin(longest, fmax(contact_step(system, state, interval),
+                                 LEAST_CONTACT_SHARE * explicit_limit(central->engine)));
     longest *= state->contact.shrink > 0.0 ? state->contact.shrink : 1.0;
     ExplicitResult result = {0};
     for (int halvings = 0; halvings <= STEP_MAX_HALVINGS; halvings++) {
