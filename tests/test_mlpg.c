@@ -339,6 +339,7 @@ static void test_roll_up(void **unused) {
         b.cloth.shape.rest_curvature[0] = 2.0 * PI / length;
         b.scene = cloths_scene(&b.cloth);
         b.scene.gravity = vec3(0, 0, 0);
+        b.scene.solver.self_contact = false; /* its ends lie on each other */
         b.handles[0] = handle_default();
         b.handles[0].kind = HANDLE_CLAMP;
         b.handles[0].region = REGION_LEFT;

@@ -43,4 +43,20 @@
 #define CONTACT_LEAST_SLACK 0.35 /* of dhat */
 #define CONTACT_GROUP_REACH 0.4  /* of the size of a group: how far neighbours are listed */
 
+/* ---- implicit road (contact.md 1, 12) ---- */
+
+#define CONTACT_CORE 0.1        /* of dhat: the clamp never lets a pair nearer; 0.25 crowds heaps */
+#define CONTACT_CORE_SHARE 0.2  /* of the gap above the core that one motion must leave */
+#define CONTACT_ENTRY 0.95      /* of dhat: how near a pair from outside may come in one motion */
+#define CONTACT_INSIDE_CORE 0.9 /* of a gap below the core that one motion must leave */
+#define CONTACT_CCD_NEAR 1.05   /* of the target: near enough to stop */
+#define CONTACT_CCD_ADVANCE 1e-7   /* of the motion: less is no progress */
+#define CONTACT_CCD_ROUNDS 64      /* then what is proven so far counts */
+#define CONTACT_PROJECT_SEARCHES 3 /* candidates are looked for again after each */
+#define CONTACT_PROJECT_ROUNDS 8
+#define CONTACT_PROJECT_LEAST 0.02 /* of the approach taken out at least; 0 never ends */
+#define CONTACT_HALVE_AFTER 12     /* rounds of shortening after which shares are halved */
+#define CONTACT_STOP_AFTER 20      /* ... after which blocked nodes stay where they are */
+#define CONTACT_REST_SHARE 0.5 /* of the rest distance of two features of one panel: largest dhat */
+
 #endif

@@ -31,7 +31,7 @@ typedef struct ContactObstacle {
 
 typedef struct ContactDef {
     double distance;       /* [m] largest contact distance of any cloth */
-    double reference_step; /* [s] the explicit stability limit: sets the implicit stiffness */
+    double reference_step; /* [s] the explicit step: sets the stiffness of the implicit road */
     bool self;             /* cloth meets itself and other cloth */
     int obstacle_count;
     const ContactObstacle *obstacles;
@@ -85,15 +85,8 @@ Pose contact_pose(const ContactObstacle *obstacle, double clock);
 /* Energy E [J], force -dE/dd [N] and stiffness [N/m] of the law above. */
 double contact_law(double distance, double dhat, double k, double *force, double *curvature);
 
-/* ---- implicit road: the same law with a stiffness that does not depend on the step ---- */
+/* ---- implicit road: see barrier.h ---- */
 
-/* Contact of one vertex with all obstacles. x: position; moved: its motion since the start of
- * the step; bristles: (obstacle_count x 3) at the start of the step. Adds to force (3) and to
- * block (3 x 3 stiffness, positive semidefinite); either may be NULL. Friction is the
- * incremental potential of the bristle, |kt t| <= mu f (a Huber function). `next_bristles`: what
- * the bristles become when x is accepted, or NULL. */
-void contact_at_vertex(const ContactDef *def, const Pose *poses, int vertex, Vec3 x, Vec3 moved,
-                       const double *bristles, double *force, double *block, double *next_bristles);
 /* [m] how far a vertex at that distance may approach in one iteration. */
 double contact_room(double dhat, double distance);
 

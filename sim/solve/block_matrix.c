@@ -75,7 +75,7 @@ BlockMatrix block_matrix_create(int node_count, const int *pairs, int pair_count
 
 int block_matrix_block_count(const BlockMatrix *m) { return m->column_start[m->node_count]; }
 
-BlockPlace block_matrix_place(const BlockMatrix *m, int row, int column) {
+bool block_matrix_find(const BlockMatrix *m, int row, int column, BlockPlace *place) {
     int r = m->order[row], c = m->order[column];
     int low = r < c ? r : c, high = r < c ? c : r;
     int first = m->column_start[low], end = m->column_start[low + 1];
@@ -88,10 +88,19 @@ BlockPlace block_matrix_place(const BlockMatrix *m, int row, int column) {
             stop = middle;
         }
     }
-    ASSERT(begin < end && m->row[begin] == high);
+    if (begin == end || m->row[begin] != high) {
+        return false;
+    }
     int stride = 3 * (end - first);
     int base = 9 * first + 3 * (begin - first);
-    return (BlockPlace){base, r < c ? -stride : stride};
+    *place = (BlockPlace){base, r < c ? -stride : stride};
+    return true;
+}
+
+BlockPlace block_matrix_place(const BlockMatrix *m, int row, int column) {
+    BlockPlace place = {0, 0};
+    ASSERT(block_matrix_find(m, row, column, &place));
+    return place;
 }
 
 void block_matrix_multiply(const BlockMatrix *m, const double *x, double *y) {

@@ -7,6 +7,8 @@
 #ifndef TOILE_SOLVE_BLOCK_MATRIX_H
 #define TOILE_SOLVE_BLOCK_MATRIX_H
 
+#include <stdbool.h>
+
 #include "sim/base/arena.h"
 
 typedef struct BlockMatrix {
@@ -31,6 +33,8 @@ BlockMatrix block_matrix_create(int node_count, const int *pairs, int pair_count
 
 /* The place of block (row, column); must be in the pattern. */
 BlockPlace block_matrix_place(const BlockMatrix *matrix, int row, int column);
+/* The same; false when it is not in the pattern. */
+bool block_matrix_find(const BlockMatrix *matrix, int row, int column, BlockPlace *place);
 
 int block_matrix_block_count(const BlockMatrix *matrix);
 

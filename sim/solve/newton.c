@@ -6,6 +6,9 @@
 /* share of the mean diagonal added when a positive semidefinite tangent still fails; x 10 each */
 #define SHIFT_FIRST 1e-6
 #define SHIFT_TRIES 6
+/* conjugate gradients: error left in the norm of the preconditioner, and most rounds */
+#define LEFT_OUT_TOLERANCE 1e-2
+#define LEFT_OUT_ITERATIONS 60
 
 NewtonParams newton_default(void) {
     return (NewtonParams){.max_iterations = 16, .min_iterations = 1, .longest_move = INFINITY};
@@ -59,9 +62,9 @@ static void add_shift(BlockMatrix *m, double shift) {
 }
 
 /* exact tangent, then its positive semidefinite part, then shifts of the diagonal */
-static bool factorise(const NewtonProblem *p, const double *x, const unsigned char *fixed_in_order,
-                      NewtonReport *report) {
-    for (int attempt = 0; attempt < 2 + SHIFT_TRIES; attempt++) {
+static bool factorise(const NewtonProblem *p, bool definite, const double *x,
+                      const unsigned char *fixed_in_order, NewtonReport *report) {
+    for (int attempt = definite; attempt < 2 + SHIFT_TRIES; attempt++) {
         p->tangent(p->context, x, attempt > 0);
         double mean = fix_nodes(p, fixed_in_order);
         if (attempt > 1) {
@@ -73,6 +76,59 @@ static bool factorise(const NewtonProblem *p, const double *x, const unsigned ch
         }
     }
     return false;
+}
+
+static double dot(const double *a, const double *b, int count) {
+    double sum = 0.0;
+    for (int i = 0; i < count; i++) {
+        sum += a[i] * b[i];
+    }
+    return sum;
+}
+
+/* y = tangent x with what it leaves out; fixed nodes stay out */
+static void apply(const NewtonProblem *p, const double *x, double *y) {
+    block_matrix_multiply(p->matrix, x, y);
+    p->add_left_out(p->context, x, y);
+    for (int i = 0; i < 3 * p->node_count; i++) {
+        y[i] = p->fixed[i / 3] ? 0.0 : y[i];
+    }
+}
+
+/* dx from right = -gradient */
+static void solve(const NewtonProblem *p, double *right, double *dx, Arena *scratch) {
+    int n = 3 * p->node_count;
+    factor_solve(p->factor, p->matrix, right, dx);
+    ArenaMark mark = arena_mark(scratch);
+    double *y = arena_push(scratch, double, n), *z = arena_push(scratch, double, n);
+    if (!p->add_left_out || !p->add_left_out(p->context, dx, y)) {
+        arena_rewind(scratch, mark);
+        return;
+    }
+    double *along = arena_push(scratch, double, n);
+    double start = dot(right, dx, n), before = 0.0;
+    apply(p, dx, y);
+    for (int i = 0; i < n; i++) {
+        right[i] = p->fixed[i / 3] ? 0.0 : right[i] - y[i];
+    }
+    for (int k = 0; k < LEFT_OUT_ITERATIONS; k++) {
+        factor_solve(p->factor, p->matrix, right, z);
+        double now = dot(right, z, n);
+        if (!(now > LEFT_OUT_TOLERANCE * LEFT_OUT_TOLERANCE * start)) {
+            break;
+        }
+        for (int i = 0; i < n; i++) {
+            along[i] = z[i] + (k > 0 ? now / before : 0.0) * along[i];
+        }
+        apply(p, along, y);
+        double step = now / dot(along, y, n);
+        for (int i = 0; i < n; i++) {
+            dx[i] += step * along[i];
+            right[i] -= step * y[i];
+        }
+        before = now;
+    }
+    arena_rewind(scratch, mark);
 }
 
 /* false when the step is not finite */
@@ -96,31 +152,43 @@ static bool cap_step(const NewtonProblem *p, double longest_move, double *dx) {
     return true;
 }
 
+static double longest_of(const double *dx, int node_count) {
+    double longest = 0.0;
+    for (int i = 0; i < node_count; i++) {
+        longest = fmax(longest, dot(dx + 3 * (size_t)i, dx + 3 * (size_t)i, 3));
+    }
+    return sqrt(longest);
+}
+
 static NewtonStatus iterate(const NewtonProblem *p, const NewtonParams *params, double *x,
                             double *gradient, double *dx, const unsigned char *fixed_in_order,
-                            NewtonReport *report) {
+                            NewtonReport *report, Arena *scratch) {
+    double moved = INFINITY, share = 1.0;
     for (report->iterations = 0;; report->iterations++) {
         p->gradient(p->context, x, gradient);
         report->residual = free_norm(p, gradient);
         if (report->residual <= params->tolerance && report->iterations >= params->min_iterations) {
             return NEWTON_CONVERGED;
         }
+        if (moved <= params->short_move && share >= params->least_share &&
+            report->iterations >= params->min_iterations && isfinite(report->residual)) {
+            return NEWTON_CONVERGED;
+        }
         if (report->iterations >= params->max_iterations) {
             return isfinite(report->residual) ? NEWTON_STOPPED : NEWTON_DIVERGED;
         }
-        if (!factorise(p, x, fixed_in_order, report)) {
+        if (!factorise(p, params->definite, x, fixed_in_order, report)) {
             return NEWTON_SINGULAR;
         }
         for (int i = 0; i < 3 * p->node_count; i++) {
             gradient[i] = -gradient[i];
         }
-        factor_solve(p->factor, p->matrix, gradient, dx);
+        solve(p, gradient, dx, scratch);
         if (!cap_step(p, params->longest_move, dx)) {
             return NEWTON_DIVERGED;
         }
-        if (p->limit_step) {
-            p->limit_step(p->context, x, dx);
-        }
+        moved = longest_of(dx, p->node_count);
+        share = p->limit_step ? p->limit_step(p->context, x, dx) : 1.0;
         for (int i = 0; i < 3 * p->node_count; i++) {
             x[i] += dx[i];
         }
@@ -139,7 +207,7 @@ NewtonReport newton_solve(const NewtonProblem *p, const NewtonParams *params,
         fixed_in_order[p->matrix->order[i]] = p->fixed[i];
     }
     p->keep_stress(p->context, x, params->plain ? NULL : first_dx);
-    report.status = iterate(p, params, x, gradient, dx, fixed_in_order, &report);
+    report.status = iterate(p, params, x, gradient, dx, fixed_in_order, &report, scratch);
     arena_rewind(scratch, mark);
     return report;
 }

@@ -28,8 +28,12 @@ typedef struct NewtonProblem {
     void (*tangent)(void *context, const double *x, bool definite);
     /* keeps the stress at x (dx NULL) or the one predicted for x by the step dx */
     void (*keep_stress)(void *context, const double *x, const double *dx);
-    /* shortens the step where it would leave what is allowed (contact); NULL: never */
-    void (*limit_step)(void *context, const double *x, double *dx);
+    /* changes the step where it would leave what is allowed (contact) and returns the smallest
+     * share of it that was left; NULL: never */
+    double (*limit_step)(void *context, const double *x, double *dx);
+    /* y += what the tangent leaves out for the sake of its pattern, times p: then the step is found
+     * by conjugate gradients with the factor as preconditioner. False: nothing. NULL: never */
+    bool (*add_left_out)(void *context, const double *p, double *y);
 } NewtonProblem;
 
 typedef struct NewtonParams {
@@ -37,6 +41,9 @@ typedef struct NewtonParams {
     int min_iterations;  /* 1 */
     double tolerance;    /* [N] largest |gradient|_2 accepted; no usual value: 1e-6 weight */
     double longest_move; /* [m] of any node in one iteration; INFINITY */
+    double short_move;   /* [m] no node moved farther in an iteration: converged; 0 */
+    double least_share;  /* ... if limit_step left at least so much of it; 0 */
+    bool definite;       /* positive semidefinite tangents from the start; false */
     bool plain;          /* ordinary Newton: stress at the new point; false */
 } NewtonParams;
 

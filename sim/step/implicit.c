@@ -15,6 +15,8 @@ struct Implicit {
     ImplicitTerms terms;
     const State *start; /* of the step: obstacles, bristles, positions */
     const unsigned char *held;
+    Barrier *barrier;       /* NULL: nothing can meet anything */
+    unsigned char *clamped; /* (place_count) by any motion of the solve */
 };
 
 static int *couple_all(const System *system, int *pair_count) {
@@ -52,6 +54,10 @@ Implicit *implicit_create(const System *system) {
     for (int i = 0; i < system->place_count; i++) {
         implicit->diagonal[i] = block_matrix_place(&implicit->matrix, i, i);
     }
+    if (system_has_contact(system)) {
+        implicit->clamped = arena_push(system->arena, unsigned char, system->place_count);
+        implicit->barrier = barrier_create(&system->contact, system->arena);
+    }
     implicit->factor = factor_create(&implicit->matrix);
     return implicit;
 }
@@ -65,17 +71,59 @@ void implicit_destroy(Implicit *implicit) {
 double implicit_factor_bytes(const Implicit *implicit) { return factor_bytes(implicit->factor); }
 double implicit_nonzeros(const Implicit *implicit) { return factor_nonzeros(implicit->factor); }
 
-static void contact_at(const Implicit *im, int place, const double *x, double *force, double *block,
-                       double *next) {
-    const ContactDef *def = &im->system->contact;
-    if (def->obstacle_count == 0 || def->mass[place] == 0.0 || im->held[place]) {
-        return;
+void implicit_begin(Implicit *im, const unsigned char *held, const State *start) {
+    im->held = held;
+    im->start = start;
+    if (im->barrier) {
+        barrier_begin(im->barrier, &start->contact, start->x, held);
+        memset(im->clamped, 0, (size_t)im->system->place_count);
     }
-    Vec3 now = vec3_load(x + 3 * (size_t)place);
-    Vec3 moved = vec3_sub(now, vec3_load(im->start->x + 3 * (size_t)place));
-    size_t memory = 3 * (size_t)place * (size_t)def->obstacle_count;
-    contact_at_vertex(def, im->start->contact.poses, place, now, moved,
-                      im->start->contact.bristles + memory, force, block, next);
+}
+
+int implicit_count_crossings(const Implicit *im, const double *x) {
+    return im->barrier ? barrier_count_crossings(im->barrier, x) : 0;
+}
+
+bool implicit_has_contact(const Implicit *im) { return im->barrier != NULL; }
+
+bool implicit_add_clamped(const Implicit *im, unsigned char *flags) {
+    bool any = false;
+    for (int i = 0; im->barrier && i < im->system->place_count; i++) {
+        flags[i] = flags[i] || im->clamped[i];
+        any = any || im->clamped[i];
+    }
+    return any;
+}
+
+double implicit_clamp(Implicit *im, const double *x, double *dx, unsigned char *changed) {
+    const unsigned char *clamped;
+    if (!im->barrier) {
+        return 1.0;
+    }
+    ClampReport report = barrier_clamp(im->barrier, x, dx, &clamped);
+    for (int i = 0; changed && i < im->system->place_count; i++) {
+        changed[i] = changed[i] || clamped[i];
+    }
+    return report.smallest_share;
+}
+
+double implicit_contacts(Implicit *im, const double *x, unsigned char *touching,
+                         BarrierReport *report) {
+    if (!im->barrier) {
+        return 0.0;
+    }
+    *report = barrier_look(im->barrier, x);
+    if (touching) {
+        barrier_mark(im->barrier, touching);
+    }
+    return barrier_energy(im->barrier);
+}
+
+/* of one place */
+static void rates(const ImplicitTerms *terms, int place, double *acceleration, double *velocity) {
+    bool euler = terms->euler && terms->euler[place];
+    *acceleration = euler ? 1.0 / (terms->step * terms->step) : terms->acceleration;
+    *velocity = euler ? 1.0 / terms->step : terms->velocity;
 }
 
 static void gradient(void *context, const double *x, double *g) {
@@ -88,19 +136,32 @@ static void gradient(void *context, const double *x, double *g) {
     memset(g, 0, 3 * (size_t)system->place_count * sizeof *g);
     system_add_gradient(system, x, g);
     for (int i = 0; i < system->place_count; i++) {
-        double mass = system->mass[i], force[3] = {0};
-        contact_at(im, i, x, force, NULL, NULL);
+        double mass = system->mass[i], a, velocity;
+        rates(&im->terms, i, &a, &velocity);
         for (int c = 0; c < 3; c++) {
             int k = 3 * i + c;
-            double a = im->terms.acceleration;
             double inertia = a > 0.0 ? a * mass * (x[k] - im->terms.x_hat[k]) : 0.0;
-            double v =
-                im->terms.velocity > 0.0 ? im->terms.velocity * x[k] + im->terms.v_hat[k] : 0.0;
-            double drag = im->terms.velocity > 0.0 ? system->damping[i] * mass * v : 0.0;
+            double v = velocity > 0.0 ? velocity * x[k] + im->terms.v_hat[k] : 0.0;
+            double drag = velocity > 0.0 ? system->damping[i] * mass * v : 0.0;
             double blown = air->drag * system->area[i] * wind[c];
-            g[k] += inertia + drag - blown - mass * pull[c] - force[c];
+            g[k] += inertia + drag - blown - mass * pull[c];
         }
     }
+    if (im->barrier) {
+        barrier_look(im->barrier, x);
+        barrier_add_gradient(im->barrier, g);
+    }
+}
+
+/* block (a, b) of the contact stiffness, if the cloth has it */
+static bool add_contact_block(void *context, int a, int b, const double block[9]) {
+    Implicit *im = context;
+    BlockPlace place;
+    if (!block_matrix_find(&im->matrix, a, b, &place)) {
+        return false;
+    }
+    block_add(im->matrix.values, place, block);
+    return true;
 }
 
 static void tangent(void *context, const double *x, bool definite) {
@@ -116,13 +177,13 @@ static void tangent(void *context, const double *x, bool definite) {
         stress += cloth->strain_count;
     }
     for (int i = 0; i < system->place_count; i++) {
-        double d = im->terms.acceleration + im->terms.velocity * system->damping[i];
-        block_add_diagonal(values, im->diagonal[i], d * system->mass[i]);
-        if (system->contact.obstacle_count > 0) {
-            double block[9] = {0};
-            contact_at(im, i, x, NULL, block, NULL);
-            block_add(values, im->diagonal[i], block);
-        }
+        double a, velocity;
+        rates(&im->terms, i, &a, &velocity);
+        block_add_diagonal(values, im->diagonal[i],
+                           (a + velocity * system->damping[i]) * system->mass[i]);
+    }
+    if (im->barrier) {
+        barrier_add_stiffness(im->barrier, add_contact_block, im);
     }
 }
 
@@ -141,34 +202,20 @@ static void keep_stress(void *context, const double *x, const double *dx) {
     }
 }
 
-/* every place stays on its side of the tangent planes of the obstacles: the part of its step
- * that would cross is taken off, so that cloth slides instead of locking */
-static void limit_step(void *context, const double *x, double *dx) {
+static double limit_step(void *context, const double *x, double *dx) {
+    Implicit *im = context;
+    return implicit_clamp(im, x, dx, im->clamped);
+}
+
+static bool add_left_out(void *context, const double *p, double *y) {
     const Implicit *im = context;
-    const ContactDef *def = &im->system->contact;
-    for (int i = 0; i < im->system->place_count; i++) {
-        if (def->mass[i] == 0.0 || im->held[i]) {
-            continue;
-        }
-        for (int o = 0; o < def->obstacle_count; o++) {
-            Vec3 local, p = pose_unapply(im->start->contact.poses[o], vec3_load(x + 3 * i));
-            double distance = solid_distance(&def->obstacles[o].solid, p, &local);
-            Vec3 normal = quat_rotate(im->start->contact.poses[o].turn, local),
-                 d = vec3_load(dx + 3 * i);
-            double room = contact_room(def->vertex_distance[i], distance),
-                   approach = -vec3_dot(d, normal);
-            if (approach > room) {
-                vec3_store(dx + 3 * i, vec3_axpy(d, approach - room, normal));
-            }
-        }
-    }
+    return barrier_add_lumped(im->barrier, p, y);
 }
 
 NewtonProblem implicit_problem(Implicit *im, const ImplicitTerms *terms, const unsigned char *held,
                                const State *start) {
     im->terms = *terms;
-    im->held = held;
-    im->start = start;
+    implicit_begin(im, held, start);
     return (NewtonProblem){.context = im,
                            .node_count = im->system->place_count,
                            .fixed = held,
@@ -177,7 +224,8 @@ NewtonProblem implicit_problem(Implicit *im, const ImplicitTerms *terms, const u
                            .gradient = gradient,
                            .tangent = tangent,
                            .keep_stress = keep_stress,
-                           .limit_step = im->system->contact.obstacle_count ? limit_step : NULL};
+                           .limit_step = im->barrier ? limit_step : NULL,
+                           .add_left_out = im->barrier ? add_left_out : NULL};
 }
 
 NewtonReport implicit_solve(Implicit *im, const ImplicitTerms *terms, const unsigned char *held,
@@ -188,16 +236,10 @@ NewtonReport implicit_solve(Implicit *im, const ImplicitTerms *terms, const unsi
 }
 
 void implicit_store_bristles(Implicit *im, const double *x, State *state) {
-    size_t obstacles = (size_t)im->system->contact.obstacle_count;
-    ArenaMark mark = arena_mark(&im->scratch);
-    double *next = arena_push(&im->scratch, double, 3 * obstacles);
-    for (int i = 0; i < im->system->place_count && obstacles > 0; i++) {
-        memset(next, 0, 3 * obstacles * sizeof *next);
-        contact_at(im, i, x, NULL, NULL, next);
-        memcpy(state->contact.bristles + 3 * (size_t)i * obstacles, next,
-               3 * obstacles * sizeof *next);
+    if (im->barrier) {
+        barrier_look(im->barrier, x);
+        barrier_end(im->barrier, &state->contact);
     }
-    arena_rewind(&im->scratch, mark);
 }
 
 double implicit_residual(Implicit *im, const unsigned char *held, const State *start,

@@ -7,6 +7,7 @@
 #ifndef TOILE_STEP_IMPLICIT_H
 #define TOILE_STEP_IMPLICIT_H
 
+#include "sim/contact/barrier.h"
 #include "sim/solve/newton.h"
 #include "sim/step/system.h"
 
@@ -17,12 +18,30 @@ typedef struct ImplicitTerms {
     double acceleration; /* [1/s2] a */
     const double *x_hat; /* [m] (place_count x 3), unused when a = 0 */
     double velocity;     /* [1/s] c */
-    const double *v_hat; /* [m/s] (place_count x 3), unused when c = 0 */
+    /* places that take backward Euler instead, with their own x_hat and v_hat; NULL: none */
+    const unsigned char *euler; /* (place_count) */
+    double step;                /* [s] theirs: a = 1/step^2, c = 1/step */
+    const double *v_hat;        /* [m/s] (place_count x 3), unused when c = 0 */
 } ImplicitTerms;
 
 /* Makes pattern, order and symbolic factorisation. */
 Implicit *implicit_create(const System *system);
 void implicit_destroy(Implicit *implicit);
+
+/* A step starts at `start`: contacts and friction are those there. Part of implicit_solve. */
+void implicit_begin(Implicit *implicit, const unsigned char *held, const State *start);
+/* Makes a motion from x legal; returns the smallest share of it that was left. Marks the places
+ * whose motion was changed (NULL: do not mark). */
+double implicit_clamp(Implicit *implicit, const double *x, double *dx, unsigned char *changed);
+/* Contacts at x: marks places with a contact force (NULL: does not); returns their energy [J]. */
+double implicit_contacts(Implicit *implicit, const double *x, unsigned char *touching,
+                         BarrierReport *report);
+bool implicit_has_contact(const Implicit *implicit);
+/* Marks the places that the clamp changed during the last solve; true: there are some. */
+bool implicit_add_clamped(const Implicit *implicit, unsigned char *flags);
+
+/* Triangles that cross at x, by exact predicates; slow. */
+int implicit_count_crossings(const Implicit *implicit, const double *x);
 
 /* Solves for x from the start value in x; `first_dx`: see newton_solve. held: (place_count);
  * start: the state at the start of the step, for contact and friction. */

@@ -7,16 +7,33 @@
 #include "sim/step/implicit.h"
 #include "sim/step/stepper.h"
 
+#ifdef __OPTIMIZE__
+#define CHECK_LEGAL(implicit, from, to) ((void)0)
+#else /* debug builds: nothing crosses in any state that is accepted, if nothing did before */
+#define CHECK_LEGAL(implicit, from, to)                                                            \
+    ASSERT(implicit_count_crossings(implicit, to) == 0 ||                                          \
+           implicit_count_crossings(implicit, from) > 0)
+#endif
+
 #define USUAL_STEP (1.0 / 60.0) /* [s] 1 % on a 1 s swing by BDF2 with two iterations */
 #define SETTLED_SHARE 1e-3      /* of the weight: a residual at which iterations stop early */
 #define SINGLE_ITERATION 1      /* backward Euler with one iteration never gains energy */
+/* with contact (contact.md 1): lengths of the size of the system */
+#define CONTACT_LEAST_ITERATIONS 3
+#define CONTACT_ITERATIONS 8
+#define CONTACT_SHORT_MOVE 1.4e-3 /* converged; 2e-3 of the side of a square */
+#define CONTACT_LEAST_SHARE 0.5   /* of the last motion that the clamp left */
+#define CONTACT_LONGEST_MOVE 0.18 /* of any place in one iteration; a quarter of a side */
+#define CONTACT_HALVINGS 4        /* then a step that gained energy is accepted: it is legal */
 
 typedef struct ImplicitTime {
     Implicit *implicit;
     bool second_order;
     State trial;
     double *x_hat, *v_hat, *dx, *gradient; /* (place_count x 3) */
-    unsigned char *held;
+    unsigned char *held, *euler;
+    BarrierReport contacts;   /* of the last trial */
+    double contact_energy[2]; /* [J] at its start and end */
 } ImplicitTime;
 
 static bool create(const System *system, void **data, bool second_order, Error *error) {
@@ -37,6 +54,7 @@ static bool create(const System *system, void **data, bool second_order, Error *
     time->dx = arena_push(system->arena, double, n);
     time->gradient = arena_push(system->arena, double, n);
     time->held = arena_push(system->arena, unsigned char, system->place_count);
+    time->euler = arena_push(system->arena, unsigned char, system->place_count);
     *data = time;
     return true;
 }
@@ -56,7 +74,7 @@ static ImplicitTerms discretise(const ImplicitTime *t, const System *system, con
                                 double dt, bool bdf2) {
     int n = 3 * system->place_count;
     for (int k = 0; k < n; k++) {
-        if (bdf2) {
+        if (bdf2 && !t->euler[k / 3]) {
             t->x_hat[k] = (4.0 * s->x[k] - s->x_before[k]) / 3.0 +
                           (8.0 * s->v[k] - 2.0 * s->v_before[k]) * dt / 9.0;
             t->v_hat[k] = (s->x_before[k] - 4.0 * s->x[k]) / (2.0 * dt);
@@ -68,27 +86,26 @@ static ImplicitTerms discretise(const ImplicitTime *t, const System *system, con
     return (ImplicitTerms){.acceleration = bdf2 ? 2.25 / (dt * dt) : 1.0 / (dt * dt),
                            .x_hat = t->x_hat,
                            .velocity = bdf2 ? 1.5 / dt : 1.0 / dt,
-                           .v_hat = t->v_hat};
+                           .v_hat = t->v_hat,
+                           .euler = bdf2 ? t->euler : NULL,
+                           .step = dt};
 }
 
-/* predictor x + dt v, with obstacles as bounds, and handles at their targets */
-static void predict(const ImplicitTime *t, const System *system, const State *from, double dt,
+/* predictor x + dt v with handles at their targets, as far as contact lets it; marks the places
+ * that it stops */
+static void predict(ImplicitTime *t, const System *system, const State *from, double dt,
                     double *x) {
     int n = 3 * system->place_count;
     for (int k = 0; k < n; k++) {
-        t->dx[k] = dt * from->v[k];
-    }
-    ImplicitTerms none = {0};
-    NewtonProblem problem = implicit_problem(t->implicit, &none, t->held, from);
-    if (problem.limit_step) {
-        problem.limit_step(problem.context, from->x, t->dx);
-    }
-    for (int k = 0; k < n; k++) {
-        x[k] = from->x[k] + t->dx[k];
+        x[k] = from->x[k] + dt * from->v[k];
     }
     system_place_held(system, from->time + dt, x);
     for (int k = 0; k < n; k++) {
         t->dx[k] = x[k] - from->x[k];
+    }
+    implicit_clamp(t->implicit, from->x, t->dx, t->euler);
+    for (int k = 0; k < n; k++) {
+        x[k] = from->x[k] + t->dx[k];
     }
 }
 
@@ -111,19 +128,53 @@ static double handle_work(const ImplicitTime *t, const System *system, const Sta
     return work;
 }
 
-static NewtonReport try_step(ImplicitTime *t, const System *system, const State *from, double dt,
-                             bool bdf2, int iterations, State *to) {
+static bool any_euler(const ImplicitTime *t, const System *system) {
+    return memchr(t->euler, 1, (size_t)system->place_count) != NULL;
+}
+
+static NewtonReport solve(ImplicitTime *t, const System *system, const State *from, double dt,
+                          bool bdf2, int iterations, State *to) {
     NewtonParams params = newton_default();
     params.max_iterations = iterations;
     params.tolerance = SETTLED_SHARE * system->weight;
-    system_mark_held(system, from->time + dt, t->held);
     predict(t, system, from, dt, to->x);
+    if (any_euler(t, system)) {
+        params.definite = true;
+        params.min_iterations = CONTACT_LEAST_ITERATIONS;
+        params.max_iterations = iterations > CONTACT_ITERATIONS ? iterations : CONTACT_ITERATIONS;
+        params.longest_move = CONTACT_LONGEST_MOVE * system->size;
+        params.short_move = CONTACT_SHORT_MOVE * system->size;
+        params.least_share = CONTACT_LEAST_SHARE;
+    }
     ImplicitTerms terms = discretise(t, system, from, dt, bdf2);
     NewtonReport report = implicit_solve(t->implicit, &terms, t->held, from, &params, t->dx, to->x);
     for (int k = 0; k < 3 * system->place_count; k++) {
-        to->v[k] = terms.velocity * to->x[k] + t->v_hat[k];
+        bool euler = terms.euler && terms.euler[k / 3];
+        to->v[k] = (euler ? 1.0 / dt : terms.velocity) * to->x[k] + t->v_hat[k];
+    }
+    return report;
+}
+
+/* Places that touch at the start, or that the clamp stops, take backward Euler (contact.md 1).
+ * A step that finds its first contact on the way is solved again with them. */
+static NewtonReport try_step(ImplicitTime *t, const System *system, const State *from, double dt,
+                             bool bdf2, int iterations, State *to) {
+    system_mark_held(system, from->time + dt, t->held);
+    implicit_begin(t->implicit, t->held, from);
+    memset(t->euler, 0, (size_t)system->place_count);
+    t->contact_energy[0] = implicit_contacts(t->implicit, from->x, t->euler, &t->contacts);
+    NewtonReport report = solve(t, system, from, dt, bdf2, iterations, to);
+    if (implicit_has_contact(t->implicit) && !any_euler(t, system)) {
+        implicit_contacts(t->implicit, to->x, t->euler, &t->contacts);
+        if (implicit_add_clamped(t->implicit, t->euler) || t->contacts.contacts > 0) {
+            NewtonReport first = report;
+            report = solve(t, system, from, dt, bdf2, iterations, to);
+            report.iterations += first.iterations;
+            report.factorisations += first.factorisations;
+        }
     }
     implicit_store_bristles(t->implicit, to->x, to);
+    t->contact_energy[1] = implicit_contacts(t->implicit, to->x, NULL, &t->contacts);
     to->time = from->time + dt;
     return report;
 }
@@ -133,15 +184,31 @@ static bool good(const ImplicitTime *t, const System *system, const State *from,
     if (report->status == NEWTON_DIVERGED || report->status == NEWTON_SINGULAR) {
         return false;
     }
-    double before = total_energy(t, system, from), after = total_energy(t, system, to);
+    double before = t->contact_energy[0] + total_energy(t, system, from);
+    double after = t->contact_energy[1] + total_energy(t, system, to);
     double scale =
         system_kinetic_energy(system, to->v, t->held) + system_elastic_energy(system, to->x);
     *work = handle_work(t, system, from, to);
     return isfinite(after) && after - before <= *work + STEP_ENERGY_TOLERANCE * scale;
 }
 
+static bool is_finite(const ImplicitTime *t, const System *system, const NewtonReport *report) {
+    return report->status != NEWTON_DIVERGED && report->status != NEWTON_SINGULAR &&
+           isfinite(total_energy(t, system, &t->trial));
+}
+
+static void count_contacts(const ImplicitTime *t, Statistics *statistics) {
+    if (!implicit_has_contact(t->implicit)) {
+        return;
+    }
+    statistics->pairs += t->contacts.contacts;
+    statistics->smallest_gap = fmin(statistics->smallest_gap, t->contacts.smallest_gap);
+    statistics->smallest_self_gap =
+        fmin(statistics->smallest_self_gap, t->contacts.smallest_self_gap);
+}
+
 /* one step of dt: BDF2 when it can, else backward Euler, else fails */
-static bool step(ImplicitTime *t, const System *system, State *state, double dt,
+static bool step(ImplicitTime *t, const System *system, State *state, double dt, bool last,
                  Statistics *statistics) {
     int iterations = system->scene->solver.newton_iterations;
     bool bdf2 = t->second_order && fabs(state->step_before - dt) <= 1e-9 * dt;
@@ -153,7 +220,11 @@ static bool step(ImplicitTime *t, const System *system, State *state, double dt,
         statistics->newton_iterations += report.iterations;
         statistics->factorisations += report.factorisations;
         statistics->residual = report.residual;
-        if (good(t, system, state, &t->trial, &report, &work)) {
+        bool accepted = good(t, system, state, &t->trial, &report, &work) ||
+                        (last && t->contacts.contacts > 0 && is_finite(t, system, &report));
+        if (accepted) {
+            CHECK_LEGAL(t->implicit, state->x, t->trial.x);
+            count_contacts(t, statistics);
             size_t bytes = 3 * (size_t)system->place_count * sizeof(double);
             memcpy(t->trial.x_before, state->x, bytes);
             memcpy(t->trial.v_before, state->v, bytes);
@@ -180,7 +251,7 @@ static bool advance(const System *system, void *data, State *state, double time_
             return error_set(error, EXIT_INTERRUPTED, "interrupted");
         }
         statistics->step_length = dt;
-        if (step(t, system, state, dt, statistics)) {
+        if (step(t, system, state, dt, halvings >= CONTACT_HALVINGS, statistics)) {
             steps--;
         } else if (halvings++ == STEP_MAX_HALVINGS) {
             return error_set(error, EXIT_DIFFERS,

@@ -200,8 +200,8 @@ bool system_create(System *system, const Scene *scene, uint64_t seed, Arena *are
     fill_places(system);
     create_obstacles(system);
     create_surfaces(system);
-    if (scene->obstacle_count > 0) {
-        system->contact.reference_step = system_stable_step(system);
+    if (system_has_contact(system)) {
+        system->contact.reference_step = scene->solver.courant * system_stable_step(system);
     }
     return create_handles(system, error);
 }

@@ -1,0 +1,39 @@
+/* candidates.h: which features may meet while every vertex moves straight from x to x + dx, for
+ * the implicit road (contact.md 3): one query per Newton iteration, nothing kept between them.
+ *
+ * A tree over the cells of sim/contact/surface.h is refitted to the swept boxes; cells that come
+ * near give vertex-triangle and edge-edge pairs without common vertices, each once. Triangles come
+ * near a solid by the distances of their corners. Always in the same order. */
+#ifndef TOILE_CONTACT_CANDIDATES_H
+#define TOILE_CONTACT_CANDIDATES_H
+
+#include "sim/contact/contact.h"
+
+typedef struct Candidate {
+    int obstacle; /* -1: cloth with cloth */
+    PairKind kind;
+    int place[4];  /* as in Pair; with an obstacle the three corners of a triangle and -1 */
+    double dhat;   /* [m] contact distance */
+    double target; /* [m] distance that a motion must keep; negative: the pair is not judged */
+} Candidate;
+
+typedef struct Candidates {
+    const ContactDef *def;
+    Arena *arena;
+    Surface surface;
+    BoxTree tree;
+    int *panel_of;     /* (vertex_count) */
+    Box *swept;        /* (vertex_count) of a vertex */
+    Box *cells;        /* (cell_count) */
+    double *distances; /* [m] (vertex_count) from the obstacle at work */
+    Candidate *items;  /* (count) */
+    int count, room;
+} Candidates;
+
+Candidates candidates_create(const ContactDef *def, Arena *arena);
+
+/* All pairs that may come nearer than their contact distance. x, dx: [m] (vertex_count x 3);
+ * dx NULL: nothing moves. */
+void candidates_find(Candidates *c, const Pose *poses, const double *x, const double *dx);
+
+#endif

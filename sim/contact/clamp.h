@@ -1,0 +1,40 @@
+/* clamp.h: makes any motion of the cloth legal (contact.md 1.1, 12.2).
+ *
+ * Stage 1, *projection*, repairs the direction: of a pair that would come too near only the
+ * approaching part of the motion along its normal is taken out, so that cloth slides around an
+ * edge instead of locking. Pairs in list order, changes seen at once; serial.
+ * Stage 2, *shortening*, is the guarantee. Every vertex keeps a share of what is left; a pair that
+ * is still blocked lowers the shares of its vertices; every pair whose motion changed is looked at
+ * again until all are proven. Shares only fall and are read from the round before, so the result
+ * does not depend on any order.
+ *
+ * A pair at the distance d0 keeps `target`: from outside CONTACT_ENTRY dhat, from inside the core
+ * and a share of what lies above it. Pairs that touch or cross already are left to the force. */
+#ifndef TOILE_CONTACT_CLAMP_H
+#define TOILE_CONTACT_CLAMP_H
+
+#include "sim/contact/candidates.h"
+
+typedef struct Clamp {
+    Candidates near;
+    double *share, *next;   /* (vertex_count) */
+    int *stamp;             /* (vertex_count) round in which the motion changed last */
+    unsigned char *changed; /* (vertex_count) 1: clamped by the last motion */
+} Clamp;
+
+typedef struct ClampReport {
+    double smallest_share; /* of stage 2: 1 when projection was enough */
+    int projected, shortened;
+} ClampReport;
+
+Clamp clamp_create(const ContactDef *def, Arena *arena);
+
+/* [m] what a pair of contact distance dhat at the distance d0 must keep in one motion. */
+double clamp_target(double dhat, double d0);
+
+/* Changes dx so that x + t dx is legal for all t in [0, 1], if x is. Held vertices keep their
+ * direction. A motion that is not finite becomes 0. x, dx: [m] (vertex_count x 3). */
+ClampReport clamp_motion(Clamp *clamp, const Pose *poses, const unsigned char *held,
+                         const double *x, double *dx);
+
+#endif
