@@ -1,0 +1,70 @@
+#include "tests/support/play.h"
+
+#include <string.h>
+
+#include "sim/geom/crossing.h"
+#include "tests/support/check.h"
+
+void play_start(Play *play, const char *text) {
+    Error error = {0};
+    SimOptions options = sim_options_default();
+    memset(play, 0, sizeof *play);
+    if (!scene_parse("play", text, strlen(text), NULL, &play->arena, &play->scene, &error) ||
+        !sim_create(&play->sim, &play->scene, &options, &error)) {
+        fail_msg("%s", error.text);
+    }
+}
+
+void play_to(Play *play, double time) {
+    Error error = {0};
+    while (play->sim.state.time < time - 1e-9) {
+        if (!sim_advance(&play->sim, &error)) {
+            fail_msg("%s", error.text);
+        }
+    }
+}
+
+long play_crossings(const Play *play) {
+    const System *system = &play->sim.system;
+    Arena arena = {0};
+    int count = 0, at = 0;
+    for (int c = 0; c < system->cloth_count; c++) {
+        count += system->cloths[c].panel.triangle_count;
+    }
+    int32_t *triangles = arena_push(&arena, int32_t, 3 * count);
+    for (int c = 0; c < system->cloth_count; c++) {
+        const Panel *panel = &system->cloths[c].panel;
+        for (int k = 0; k < 3 * panel->triangle_count; k++) {
+            triangles[at++] = system->first[c] + panel->triangles[k];
+        }
+    }
+    CrossingMesh mesh = {system->place_count, count, play->sim.state.x, triangles};
+    long crossings = (long)crossing_count_self(&mesh, &arena).count;
+    for (int o = 0; o < system->contact.obstacle_count; o++) {
+        crossings += (long)crossing_count_solid(&mesh, &system->contact.obstacles[o].solid,
+                                                play->sim.state.contact.poses[o])
+                         .count;
+    }
+    arena_free(&arena);
+    return crossings;
+}
+
+void play_end(Play *play) {
+    sim_destroy(&play->sim);
+    arena_free(&play->arena);
+}
+
+Vec3 play_x(const Play *play, int place) { return vec3_load(play->sim.state.x + 3 * (size_t)place); }
+Vec3 play_v(const Play *play, int place) { return vec3_load(play->sim.state.v + 3 * (size_t)place); }
+
+static Vec3 mean(const Play *play, const double *values) {
+    Vec3 sum = {0, 0, 0};
+    int count = play->sim.system.place_count;
+    for (int i = 0; i < count; i++) {
+        sum = vec3_axpy(sum, 1.0 / count, vec3_load(values + 3 * (size_t)i));
+    }
+    return sum;
+}
+
+Vec3 play_mean_x(const Play *play) { return mean(play, play->sim.state.x); }
+Vec3 play_mean_v(const Play *play) { return mean(play, play->sim.state.v); }

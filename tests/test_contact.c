@@ -1,0 +1,334 @@
+/* Contact on the explicit road: law, distances, friction with known answers, impacts, rest. */
+#include <string.h>
+
+#include "sim/base/hash.h"
+#include "sim/base/parallel.h"
+#include "sim/geom/closest.h"
+#include "tests/support/check.h"
+#include "tests/support/play.h"
+
+#define FABRIC                                                                                     \
+    "fabric: {weight: 150 g/m2, thickness: 1 mm, stretch: {warp: 1000 N/m, weft: 1000 N/m, "       \
+    "poisson: 0.3}, shear: 385 N/m, bending: {warp: 10 uN m, weft: 10 uN m}, friction: 0.3}\n"
+
+static Vec3 random_point(uint64_t seed, double size) {
+    return vec3_scale(size, vec3(hash_random(seed, 0), hash_random(seed, 1), hash_random(seed, 2)));
+}
+
+/* contact.md 10 row 1: force and stiffness are the slopes of the energy */
+static void test_law(void **unused) {
+    (void)unused;
+    double dhat = 1e-3, k = 50.0, step = 1e-9, worst = 0.0, bend = 0.0;
+    for (double d = 0.05 * dhat; d < 1.2 * dhat; d += 0.013 * dhat) {
+        double f[3], c[3];
+        double low = contact_law(d - step, dhat, k, &f[0], &c[0]);
+        contact_law(d, dhat, k, &f[1], &c[1]);
+        double high = contact_law(d + step, dhat, k, &f[2], &c[2]);
+        worst = fmax(worst, fabs((low - high) / (2 * step) - f[1]) / (k * dhat));
+        bend = fmax(bend, fabs((f[0] - f[2]) / (2 * step) - c[1]) / c[1] * (d < dhat - step));
+    }
+    CHECK_AT_MOST(worst, 1e-7);
+    CHECK_AT_MOST(bend, 1e-3); /* differences across the corner of the slope at dhat/2 */
+}
+
+/* closest points against a fine grid of candidates */
+static void test_closest(void **unused) {
+    (void)unused;
+    double triangle = 0.0, segments = 0.0;
+    for (uint64_t k = 0; k < 2000; k++) {
+        Vec3 p[4];
+        for (uint64_t i = 0; i < 4; i++) {
+            p[i] = random_point(10 * k + i, 1.0);
+        }
+        double w[3], s, t, sine2;
+        closest_on_triangle(p[0], p[1], p[2], p[3], w);
+        Vec3 at = vec3_add(vec3_add(vec3_scale(w[0], p[1]), vec3_scale(w[1], p[2])),
+                           vec3_scale(w[2], p[3]));
+        double found = vec3_length(vec3_sub(p[0], at));
+        closest_on_segments(p[0], p[1], p[2], p[3], &s, &t, &sine2);
+        double apart = vec3_length(vec3_sub(vec3_axpy(p[0], s, vec3_sub(p[1], p[0])),
+                                            vec3_axpy(p[2], t, vec3_sub(p[3], p[2]))));
+        for (int i = 0; i <= 20; i++) {
+            for (int j = 0; j <= 20; j++) {
+                double a = i / 20.0, b = j / 20.0;
+                Vec3 on = vec3_add(vec3_axpy(p[1], a * (1 - b), vec3_sub(p[2], p[1])),
+                                   vec3_scale(a * b, vec3_sub(p[3], p[1])));
+                triangle = fmax(triangle, found - vec3_length(vec3_sub(p[0], on)));
+                Vec3 x = vec3_axpy(p[0], a, vec3_sub(p[1], p[0]));
+                Vec3 y = vec3_axpy(p[2], b, vec3_sub(p[3], p[2]));
+                segments = fmax(segments, apart - vec3_length(vec3_sub(x, y)));
+            }
+        }
+    }
+    CHECK_AT_MOST(triangle, 1e-12);
+    CHECK_AT_MOST(segments, 1e-12);
+}
+
+/* the nearest point of a triangle to every solid against a grid over the triangle */
+static void test_solid_triangle(void **unused) {
+    (void)unused;
+    double worst = 0.0;
+    for (uint64_t k = 0; k < 3000; k++) {
+        SolidKind kind = (SolidKind)(1 + k % (SOLID_KIND_COUNT - 1));
+        Solid solid = {kind, {0.3, 0.2, 0.25}, kind == SOLID_BOX ? 0.02 * (double)(k % 3) : 0.2};
+        Vec3 x[3], n[3], centre = random_point(7 * k, 0.6);
+        double d[3], w[3];
+        for (int i = 0; i < 3; i++) {
+            x[i] = vec3_add(centre, random_point(7 * k + 1 + (uint64_t)i, 0.3));
+            d[i] = solid_distance(&solid, x[i], &n[i]);
+        }
+        solid_nearest_on_triangle(&solid, x, d, n, w);
+        Vec3 normal, at = vec3_add(vec3_add(vec3_scale(w[0], x[0]), vec3_scale(w[1], x[1])),
+                                   vec3_scale(w[2], x[2]));
+        double found = solid_distance(&solid, at, &normal), least = INFINITY;
+        for (int i = 0; i <= 40; i++) {
+            for (int j = 0; i + j <= 40; j++) {
+                Vec3 on = vec3_axpy(vec3_axpy(x[0], i / 40.0, vec3_sub(x[1], x[0])), j / 40.0,
+                                    vec3_sub(x[2], x[0]));
+                least = fmin(least, solid_distance(&solid, on, &normal));
+            }
+        }
+        /* inside the solid the nearest point is not needed: the guard keeps cloth outside */
+        worst = fmax(worst, least > 0.0 ? found - least : 0.0);
+    }
+    CHECK_AT_MOST(worst, 1e-7);
+}
+
+static void incline(Play *play, double tangent, double speed) {
+    char text[2048];
+    double a = atan(tangent), g = 9.80665;
+    snprintf(text, sizeof text,
+             "toile: 1\nfilm: {rate: 50, seconds: 4}\ncloth:\n  sheet:\n"
+             "    shape: {rectangle: {width: 20 cm, height: 20 cm}}\n    " FABRIC
+             "    nodes: 11 x 11\n    at: [0, 0, 0.99 mm]\n    velocity: [%.17g m/s, 0, 0]\n"
+             "obstacles:\n  floor: {plane: {}, friction: 0.3}\n"
+             "gravity: [%.17g, 0, %.17g]\nsolver: {stepper: central, step: 0.15 ms}\n",
+             speed, g * sin(a), -g * cos(a));
+    play_start(play, text);
+}
+
+/* explicit.md 8: sticks at 0.99 of the limit, slides at 1.01 with the right acceleration */
+static void test_incline(void **unused) {
+    (void)unused;
+    Play play;
+    incline(&play, 0.99 * 0.3, 0.0);
+    play_to(&play, 0.5);
+    double start = play_mean_x(&play).x;
+    play_to(&play, 2.5);
+    CHECK_AT_MOST(fabs(play_mean_x(&play).x - start), 1e-6);
+    play_end(&play);
+    for (int k = 0; k < 2; k++) {
+        double tangent = 0.3 * (k == 0 ? 1.01 : 1.05), a = atan(tangent);
+        incline(&play, tangent, 0.0);
+        play_to(&play, 0.5);
+        double v = play_mean_v(&play).x;
+        play_to(&play, 2.5);
+        double acceleration = (play_mean_v(&play).x - v) / 2.0;
+        CHECK_AT_MOST(fabs(acceleration - 9.80665 * (sin(a) - 0.3 * cos(a))), 5e-4);
+        play_end(&play);
+    }
+}
+
+/* a sheet at 1 m/s comes to rest after v^2 / (2 mu g) = 0.16995 m */
+static void test_stop(void **unused) {
+    (void)unused;
+    Play play;
+    incline(&play, 0.0, 1.0);
+    play_to(&play, 1.0);
+    CHECK_NEAR(play_mean_x(&play).x, 1.0 / (2.0 * 0.3 * 9.80665), 0.005 * 0.17);
+    CHECK_AT_MOST(vec3_length(play_mean_v(&play)), 1e-6);
+    play_end(&play);
+}
+
+/* strip over a fixed cylinder, drawn along: T2 / T1 = exp(mu pi) */
+static void test_capstan(void **unused) {
+    (void)unused;
+    Play play;
+    play_start(&play, "toile: 1\nfilm: {rate: 50, seconds: 4}\ncloth:\n  strip:\n"
+                      "    shape: {rectangle: {width: 36 cm, height: 1.6 cm}}\n    " FABRIC
+                      "    nodes: 91 x 5\n    damping: 10 1/s\n"
+                      "handles:\n"
+                      "  - {hold: strip.left, move: {by: [0, 0, 4 cm], from: 0 s, to: 1 s, "
+                      "ease: linear}}\n"
+                      "  - {hold: strip.right, move: {by: [0, 0, -4 cm], from: 0 s, to: 1 s, "
+                      "ease: linear}}\n"
+                      "obstacles:\n  drum: {cylinder: {radius: 5 cm, from: [0, -5 cm, 0], to: [0, "
+                      "5 cm, 0]}, friction: 0.3}\n"
+                      "gravity: 0\nsolver: {stepper: central, self_contact: false}\n");
+    /* wrapped half around, stretched by 0.5 % */
+    System *system = &play.sim.system;
+    double radius = 0.0509, stretch = 1.005, quarter = 0.5 * PI * radius;
+    for (int i = 0; i < system->place_count; i++) {
+        double s = stretch * (0.004 * (i % 91) - 0.18), t = fabs(s), y = play_x(&play, i).y;
+        double angle = fmin(t, quarter) / radius;
+        Vec3 p = {radius * sin(angle), y, radius * cos(angle) - fmax(0.0, t - quarter)};
+        vec3_store(play.sim.state.x + 3 * (size_t)i, vec3(s < 0 ? -p.x : p.x, p.y, p.z));
+    }
+    for (int h = 0; h < 2; h++) {
+        for (int i = 0; i < system->handles[h].count; i++) {
+            memcpy((double *)system->handles[h].start + 3 * (size_t)i,
+                   play.sim.state.x + 3 * (size_t)system->handles[h].places[i], 3 * sizeof(double));
+        }
+    }
+    play_to(&play, 0.8);
+    double tension[2] = {0, 0};
+    for (int side = 0; side < 2; side++) {
+        for (int i = 3; i < 18; i++) {
+            int a = 2 * 91 + (side == 0 ? i : 90 - i), b = side == 0 ? a + 1 : a - 1;
+            double length = vec3_length(vec3_sub(play_x(&play, b), play_x(&play, a))) / 0.004;
+            tension[side] += 0.5 * (length * length - 1.0) * length;
+        }
+    }
+    double exponent = log(tension[1] / tension[0]);
+    CHECK_NEAR(exponent / (0.3 * PI), 1.0, 0.005);
+    play_end(&play);
+}
+
+static const char *const targets[] = {
+    "box: {size: [20 cm, 20 cm, 20 cm]}, at: [1.3 cm, 0.7 cm, -10 cm]",
+    "box: {size: [20 cm, 20 cm, 20 cm]}, at: [0, 0, -14.2 cm], turn: {axis: x, by: 45 deg}",
+    "sphere: {radius: 6 cm}, at: [0.4 cm, 0.3 cm, -6 cm]",
+    "cylinder: {radius: 2 cm, from: [-30 cm, 0.3 cm, -2 cm], to: [30 cm, 0, -2 cm]}",
+    "cone: {radius: 8 cm, length: 20 cm}, at: [0.3 cm, 0.2 cm, -10 cm]",
+    "capsule: {radius: 1 cm, from: [0, 0, -20 cm], to: [0.4 cm, 0, -1 cm]}",
+};
+
+/* contact.md 10 row 15: thrown at 10, 50, 200 m/s on every solid, nothing crosses */
+static void test_impacts(void **unused) {
+    (void)unused;
+    long crossings = 0;
+    for (size_t k = 0; k < sizeof targets / sizeof *targets; k++) {
+        for (int speed = 10; speed <= 200; speed = speed == 10 ? 50 : 4 * speed) {
+            char text[2048];
+            Play play;
+            snprintf(text, sizeof text,
+                     "toile: 1\nfilm: {rate: 100, seconds: 4}\ncloth:\n  sheet:\n"
+                     "    shape: {rectangle: {width: 40 cm, height: 40 cm}}\n    " FABRIC
+                     "    nodes: 17 x 17\n    at: [0, 0, 5 cm]\n    velocity: [0, 0, %d m/s]\n"
+                     "obstacles:\n  target: {%s, friction: 0.3}\nsolver: {stepper: central}\n",
+                     -speed, targets[k]);
+            play_start(&play, text);
+            for (int f = 1; f <= 4; f++) {
+                play_to(&play, f * 0.01);
+                crossings += play_crossings(&play);
+            }
+            play_end(&play);
+        }
+    }
+    CHECK_AT_MOST((double)crossings, 0.0);
+}
+
+/* two sheets thrown at each other */
+static void test_clap(void **unused) {
+    (void)unused;
+    long crossings = 0;
+    for (int speed = 15; speed <= 100; speed += 85) {
+        char text[2048];
+        Play play;
+        snprintf(text, sizeof text,
+                 "toile: 1\nfilm: {rate: 100, seconds: 4}\ncloth:\n  upper:\n"
+                 "    shape: {rectangle: {width: 40 cm, height: 40 cm}}\n    " FABRIC
+                 "    nodes: 17 x 17\n    at: [0, 0, 3 cm]\n    velocity: [0, 0, -%d m/s]\n"
+                 "  lower:\n    shape: {rectangle: {width: 40 cm, height: 40 cm}}\n    " FABRIC
+                 "    nodes: 15 x 18\n    at: [3 cm, 1 cm, -2 cm]\n    velocity: [0, 0, %d m/s]\n"
+                 "    turn: {axis: z, by: 20 deg}\nsolver: {stepper: central}\n",
+                 speed, speed);
+        play_start(&play, text);
+        for (int f = 1; f <= 5; f++) {
+            play_to(&play, f * 0.01);
+            crossings += play_crossings(&play);
+        }
+        play_end(&play);
+    }
+    CHECK_AT_MOST((double)crossings, 0.0);
+}
+
+static const char folded[] =
+    "toile: 1\nfilm: {rate: 30, seconds: 4}\ncloth:\n  sheet:\n"
+    "    shape: {rectangle: {width: 60 cm, height: 60 cm}}\n    " FABRIC
+    "    nodes: 21 x 21\n    at: [0, 0, 31 cm]\n    turn: {axis: x, by: 90 deg}\n"
+    "    noise: 1 mm\nobstacles:\n  floor: {plane: {}, friction: 0.3}\n"
+    "solver: {stepper: central}\n";
+
+/* dropped on its edge: a heap, no crossing, energy accounted for, and the same bits for any
+ * number of threads */
+static void test_heap(void **unused) {
+    (void)unused;
+    uint64_t hash[3];
+    for (int threads = 1; threads <= 3; threads++) {
+        Play play;
+        long crossings = 0;
+        play_start(&play, folded);
+        parallel_set_threads(threads);
+        Sim *sim = &play.sim;
+        double lost = 0.0, worst = 0.0, start = 0.0;
+        for (int f = 0; f < 24; f++) {
+            play_to(&play, (f + 1) / 30.0);
+            crossings += threads == 1 ? play_crossings(&play) : 0;
+            const Statistics *s = &sim->statistics;
+            lost += s->friction + s->damping + s->guard;
+            double now = s->kinetic + s->elastic + s->gravity + s->contact + lost;
+            start = f == 0 ? now : start;
+            worst = fmax(worst, fabs(now - start));
+        }
+        CHECK_AT_MOST((double)crossings, 0.0);
+        CHECK_AT_MOST(worst / (0.15 * 0.36 * 9.80665 * 0.31), 0.04);
+        hash[threads - 1] = sim_state_hash(sim);
+        play_end(&play);
+    }
+    parallel_set_threads(1);
+    assert_true(hash[0] == hash[1] && hash[0] == hash[2]);
+}
+
+/* nothing can touch: the same bits as with contact switched off */
+static void test_skipped(void **unused) {
+    (void)unused;
+    uint64_t hash[2];
+    for (int on = 0; on < 2; on++) {
+        char text[1024];
+        Play play;
+        snprintf(text, sizeof text,
+                 "toile: 1\nfilm: {rate: 30, seconds: 4}\ncloth:\n  sheet:\n"
+                 "    shape: {rectangle: {width: 50 cm, height: 50 cm}}\n    " FABRIC
+                 "    nodes: 21 x 21\n    turn: {axis: x, by: 60 deg}\nhandles:\n"
+                 "  - {hold: sheet.top}\nsolver: {stepper: central, self_contact: %s}\n",
+                 on ? "true" : "false");
+        play_start(&play, text);
+        play_to(&play, 0.5);
+        hash[on] = sim_state_hash(&play.sim);
+        play_end(&play);
+    }
+    assert_true(hash[0] == hash[1]);
+}
+
+/* a driven sphere goes through a hanging cloth: pushes, never crosses */
+static void test_driven(void **unused) {
+    (void)unused;
+    Play play;
+    long crossings = 0;
+    play_start(&play, "toile: 1\nfilm: {rate: 50, seconds: 4}\ncloth:\n  sheet:\n"
+                      "    shape: {rectangle: {width: 40 cm, height: 40 cm}}\n    " FABRIC
+                      "    nodes: 21 x 21\n    turn: {axis: x, by: 90 deg}\nhandles:\n"
+                      "  - {hold: sheet.top}\nobstacles:\n  ball: {sphere: {radius: 6 cm}, at: "
+                      "[2 cm, 12 cm, -4 cm], motion: [{move: {by: [0, -30 cm, 0], from: 0 s, to: 0.3 s}}]}\n"
+                      "solver: {stepper: central}\n");
+    for (int f = 1; f <= 25; f++) {
+        play_to(&play, f / 50.0);
+        crossings += play_crossings(&play);
+    }
+    CHECK_AT_MOST((double)crossings, 0.0);
+    CHECK_AT_MOST(play.sim.state.time - play.sim.state.contact.clocks[0], 0.01);
+    play_end(&play);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_law),     cmocka_unit_test(test_closest),
+        cmocka_unit_test(test_solid_triangle), cmocka_unit_test(test_incline),
+        cmocka_unit_test(test_stop),    cmocka_unit_test(test_capstan),
+        cmocka_unit_test(test_impacts), cmocka_unit_test(test_clap),
+        cmocka_unit_test(test_heap),    cmocka_unit_test(test_skipped),
+        cmocka_unit_test(test_driven),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
