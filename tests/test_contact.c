@@ -306,12 +306,14 @@ static void test_driven(void **unused) {
     (void)unused;
     Play play;
     long crossings = 0;
-    play_start(&play, "toile: 1\nfilm: {rate: 50, seconds: 4}\ncloth:\n  sheet:\n"
-                      "    shape: {rectangle: {width: 40 cm, height: 40 cm}}\n    " FABRIC
-                      "    nodes: 21 x 21\n    turn: {axis: x, by: 90 deg}\nhandles:\n"
-                      "  - {hold: sheet.top}\nobstacles:\n  ball: {sphere: {radius: 6 cm}, at: "
-                      "[2 cm, 12 cm, -4 cm], motion: [{move: {by: [0, -30 cm, 0], from: 0 s, to: 0.3 s}}]}\n"
-                      "solver: {stepper: central}\n");
+    play_start(
+        &play,
+        "toile: 1\nfilm: {rate: 50, seconds: 4}\ncloth:\n  sheet:\n"
+        "    shape: {rectangle: {width: 40 cm, height: 40 cm}}\n    " FABRIC
+        "    nodes: 21 x 21\n    turn: {axis: x, by: 90 deg}\nhandles:\n"
+        "  - {hold: sheet.top}\nobstacles:\n  ball: {sphere: {radius: 6 cm}, at: "
+        "[2 cm, 12 cm, -4 cm], motion: [{move: {by: [0, -30 cm, 0], from: 0 s, to: 0.3 s}}]}\n"
+        "solver: {stepper: central}\n");
     for (int f = 1; f <= 25; f++) {
         play_to(&play, f / 50.0);
         crossings += play_crossings(&play);
@@ -323,11 +325,16 @@ static void test_driven(void **unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_law),     cmocka_unit_test(test_closest),
-        cmocka_unit_test(test_solid_triangle), cmocka_unit_test(test_incline),
-        cmocka_unit_test(test_stop),    cmocka_unit_test(test_capstan),
-        cmocka_unit_test(test_impacts), cmocka_unit_test(test_clap),
-        cmocka_unit_test(test_heap),    cmocka_unit_test(test_skipped),
+        cmocka_unit_test(test_law),
+        cmocka_unit_test(test_closest),
+        cmocka_unit_test(test_solid_triangle),
+        cmocka_unit_test(test_incline),
+        cmocka_unit_test(test_stop),
+        cmocka_unit_test(test_capstan),
+        cmocka_unit_test(test_impacts),
+        cmocka_unit_test(test_clap),
+        cmocka_unit_test(test_heap),
+        cmocka_unit_test(test_skipped),
         cmocka_unit_test(test_driven),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

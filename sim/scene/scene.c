@@ -46,12 +46,14 @@ static void air_set_default(void *object) { *(AirDef *)object = (AirDef){0}; }
 static void solver_set_default(void *object) { *(SolverDef *)object = solver_default(); }
 static void scene_set_default(void *object) { *(Scene *)object = scene_default(); }
 
-static const Field air_fields[] = {{"drag", FIELD_NUMBER, offsetof(AirDef, drag),
-                                    .unit = "kg/(m2 s)", .min = 0.0, .max = 1e3,
-                                    .help = "force per area and relative velocity"},
-                                   {"wind", FIELD_VECTOR, offsetof(AirDef, wind), .unit = "m/s",
-                                    .max = 1e3, .help = "velocity of the air"},
-                                   {0}};
+static const Field air_fields[] = {
+    {"drag", FIELD_NUMBER, offsetof(AirDef, drag), .unit = "kg/(m2 s)", .min = 0.0, .max = 1e3,
+     .help = "force per area and relative velocity"},
+    {"normal_drag", FIELD_NUMBER, offsetof(AirDef, normal_drag), .unit = "kg/(m2 s)", .min = 0.0,
+     .max = 1e3, .help = "more of it across the cloth; lets a flag wave"},
+    {"wind", FIELD_VECTOR, offsetof(AirDef, wind), .unit = "m/s", .max = 1e3,
+     .help = "velocity of the air"},
+    {0}};
 static const Schema air_schema = {.name = "air",
                                   .help = "air",
                                   .fields = air_fields,

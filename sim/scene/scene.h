@@ -117,8 +117,9 @@ typedef struct ObstacleDef {
 } ObstacleDef;
 
 typedef struct AirDef {
-    double drag; /* [kg/(m2 s)] force per area and relative velocity; 0 */
-    Vec3 wind;   /* [m/s]; 0 */
+    double drag;        /* [kg/(m2 s)] force per area and relative velocity; 0 */
+    double normal_drag; /* [kg/(m2 s)] the same along the normal only, on top; explicit; 0 */
+    Vec3 wind;          /* [m/s]; 0 */
 } AirDef;
 
 typedef struct SolverDef {

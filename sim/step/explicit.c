@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "sim/base/parallel.h"
+#include "sim/step/air.h"
 #include "sim/step/stepper.h"
 
 /* nodes a thread takes at once, some 10 us; with fewer, starting the threads costs more than they
@@ -35,6 +36,7 @@ struct Explicit {
     bool targets_known;
     double *v_held;   /* [m/s] (place_count x 3) of held places before a kick */
     Contact *contact; /* NULL: nothing can touch */
+    double air_work;  /* [J] of this interval */
     double limit;     /* [s] */
 };
 
@@ -204,6 +206,11 @@ static void kick(Explicit *e, double dt) {
     for (int c = 0; c < e->system->cloth_count; c++) {
         const Cloth *cloth = &e->system->cloths[c];
         SweepKick kick_one = kick_of(e, c, dt);
+        bool air = e->system->scene->air.normal_drag > 0.0;
+        if (air) {
+            e->air_work += dt * air_add_push(&e->system->scene->air, cloth, &e->lanes,
+                                             e->slot + e->system->first[c]);
+        }
         if (e->lattices[c].nu > 0) {
             bool rest =
                 cloth->model->add_rest_gradient && !cloth->lattice->rest &&
@@ -213,7 +220,7 @@ static void kick(Explicit *e, double dt) {
             }
             KickJob job = {e, &e->lattices[c], kick_one};
             parallel_for(e->lattices[c].nv, e->grain[c], kick_chunk, &job);
-            if (rest) {
+            if (rest || air) {
                 clear_force(e, c);
             }
         } else {
@@ -452,6 +459,7 @@ ExplicitResult explicit_interval(Explicit *e, const ExplicitRun *run, State *sta
     ExplicitResult result = {.contact = {.smallest_gap = INFINITY, .smallest_self_gap = INFINITY}};
     load(e, state);
     mark_held(e, state->time);
+    e->air_work = 0.0;
     if (e->contact) {
         contact_begin(e->contact, view_of(e), &state->contact, run->dt);
     }
@@ -463,6 +471,7 @@ ExplicitResult explicit_interval(Explicit *e, const ExplicitRun *run, State *sta
     double after = total_energy(e, run->dt, state, &result.energy_scale, &result.contact_energy);
     result.energy_gain = after - before;
     result.finite = isfinite(after) && isfinite(result.fastest);
+    result.work += e->air_work;
     if (e->contact) {
         result.contact = *contact_statistics(e->contact);
         result.work += result.contact.work;

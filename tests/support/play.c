@@ -54,8 +54,12 @@ void play_end(Play *play) {
     arena_free(&play->arena);
 }
 
-Vec3 play_x(const Play *play, int place) { return vec3_load(play->sim.state.x + 3 * (size_t)place); }
-Vec3 play_v(const Play *play, int place) { return vec3_load(play->sim.state.v + 3 * (size_t)place); }
+Vec3 play_x(const Play *play, int place) {
+    return vec3_load(play->sim.state.x + 3 * (size_t)place);
+}
+Vec3 play_v(const Play *play, int place) {
+    return vec3_load(play->sim.state.v + 3 * (size_t)place);
+}
 
 static Vec3 mean(const Play *play, const double *values) {
     Vec3 sum = {0, 0, 0};
