@@ -288,7 +288,7 @@ static void moment_row(const SweepLattice *l, const Lanes *lanes, int j, const R
         rest_row(l, lanes, j, rows->normal[0], turn1, turn2);
     }
     for (int c = 0; c < 3; c++) {
-        const double *x = lanes->x[c] + l->first;
+        const double *x = lanes->bent[c] + l->first;
         moment_component(l, x, j, l->rest ? rows->normal[0][c] : NULL, m11[c], m22[c]);
     }
     if (!own_centre(l, j)) {
@@ -304,8 +304,9 @@ static void moment_row(const SweepLattice *l, const Lanes *lanes, int j, const R
             rest_row(l, lanes, border, rows->normal[1], rows->force, rows->spare[0]);
         }
         for (int c = 0; c < 3; c++) {
-            moment_component(l, lanes->x[c] + l->first, border, l->rest ? rows->normal[1][c] : NULL,
-                             rows->spare[0][c], rows->spare[1][c]);
+            moment_component(l, lanes->bent[c] + l->first, border,
+                             l->rest ? rows->normal[1][c] : NULL, rows->spare[0][c],
+                             rows->spare[1][c]);
             double *restrict sum = m22[c];
             const double *restrict add = rows->spare[1][c];
             ROW_LOOP

@@ -19,6 +19,7 @@ ClothDef cloth_default(void) {
                       .nodes = {41, 41},
                       .grid_turn = NAN,
                       .pose = pose_identity(),
+                      .bending_damping = 5e-3,
                       .kinematics = KINEMATICS_GREEN,
                       .bending = BENDING_AUTO};
 }

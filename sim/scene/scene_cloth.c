@@ -209,6 +209,8 @@ static const Field cloth_fields[] = {
      .help = "amplitude of random shifts off the panel at the start"},
     {"damping", FIELD_NUMBER, AT(damping), .unit = "1/s", .min = 0.0, .max = 1e6,
      .help = "mass damping"},
+    {"bending_damping", FIELD_NUMBER, AT(bending_damping), .unit = "s", .min = 0.0, .max = 1.0,
+     .help = "damping inside the fabric: moment per rate of curvature / bending stiffness"},
     {"kinematics", FIELD_WORD, AT(kinematics), .words = kinematics_words, .help = "strain"},
     {"bending", FIELD_WORD, AT(bending), .words = bending_words, .help = "curvature"},
     {"look", FIELD_NAME, AT(look), .min = 2, .help = "in the picture; default: that of the film"},

@@ -34,10 +34,12 @@ struct Explicit {
     double *targets;  /* [m] (place_count x 3) of held places */
     Placed *placed;   /* (handle_count) what the targets are made of */
     bool targets_known;
-    double *v_held;   /* [m/s] (place_count x 3) of held places before a kick */
-    Contact *contact; /* NULL: nothing can touch */
-    double air_work;  /* [J] of this interval */
-    double limit;     /* [s] */
+    double *v_held;       /* [m/s] (place_count x 3) of held places before a kick */
+    Contact *contact;     /* NULL: nothing can touch */
+    double *damping_time; /* [s] (cloth_count) see sweep_damping_time */
+    double *bent[3];      /* [m] places for lanes.bent */
+    double air_work;      /* [J] of this interval */
+    double limit;         /* [s] */
 };
 
 static void place_lattice(Explicit *e, int c, int *slots) {
@@ -110,6 +112,10 @@ Explicit *explicit_create(const System *system) {
         e->contact = contact_create(&system->contact, system->arena);
     }
     e->limit = system_stable_step(system);
+    e->damping_time = arena_push(system->arena, double, system->cloth_count);
+    for (int a = 0; a < 3; a++) {
+        e->bent[a] = arena_push(system->arena, double, e->lanes.slot_count);
+    }
     return e;
 }
 
@@ -202,10 +208,50 @@ static void kick_scattered(Explicit *e, int c, const SweepKick *kick) {
     }
 }
 
+/* where the curvature of damped cloth is taken: ahead of the motion */
+static void lead_bending(Explicit *e, int c) {
+    const SweepLattice *l = &e->lattices[c];
+    double ahead = e->damping_time[c];
+    if (l->nu == 0 || e->lanes.bent[0] == e->lanes.x[0]) {
+        return;
+    }
+    int begin = l->first - l->stride - LANE_MARGIN, count = (l->nv + 2) * l->stride;
+    for (int a = 0; a < 3; a++) {
+        const double *restrict x = e->lanes.x[a] + begin, *restrict v = e->lanes.v[a] + begin;
+        double *restrict bent = e->lanes.bent[a] + begin;
+#pragma omp simd
+        for (int i = 0; i < count; i++) {
+            bent[i] = x[i] + ahead * v[i];
+        }
+    }
+    sweep_wrap_rows(l, e->lanes.bent);
+}
+
+/* damping of the fabrics for steps of dt */
+static void set_damping(Explicit *e, const ExplicitRun *run) {
+    bool damped = false;
+    for (int c = 0; c < e->system->cloth_count; c++) {
+        const Cloth *cloth = &e->system->cloths[c];
+        double wished = run->kinetic_damping ? 0.0 : cloth->def->bending_damping;
+        bool possible = e->lattices[c].nu > 0 && wished > 0.0;
+        e->damping_time[c] =
+            possible ? sweep_damping_time(&e->lattices[c], cloth->material.density, wished, run->dt)
+                     : 0.0;
+        damped = damped || possible;
+    }
+    for (int a = 0; a < 3; a++) {
+        e->lanes.bent[a] = damped ? e->bent[a] : e->lanes.x[a];
+        if (damped) { /* cloth without damping keeps its positions there */
+            memcpy(e->bent[a], e->lanes.x[a], (size_t)e->lanes.slot_count * sizeof(double));
+        }
+    }
+}
+
 static void kick(Explicit *e, double dt) {
     for (int c = 0; c < e->system->cloth_count; c++) {
         const Cloth *cloth = &e->system->cloths[c];
         SweepKick kick_one = kick_of(e, c, dt);
+        lead_bending(e, c);
         bool air = e->system->scene->air.normal_drag > 0.0;
         if (air) {
             e->air_work += dt * air_add_push(&e->system->scene->air, cloth, &e->lanes,
@@ -460,6 +506,7 @@ ExplicitResult explicit_interval(Explicit *e, const ExplicitRun *run, State *sta
     load(e, state);
     mark_held(e, state->time);
     e->air_work = 0.0;
+    set_damping(e, run);
     if (e->contact) {
         contact_begin(e->contact, view_of(e), &state->contact, run->dt);
     }
