@@ -104,7 +104,7 @@ static void add_up(Statistics *total, const Statistics *frame) {
     total->friction += frame->friction;
     total->damping += frame->damping;
     total->guard += frame->guard;
-    total->step_length = frame->step_length;
+    total->step_length = frame->step_length > 0.0 ? frame->step_length : total->step_length;
     total->cpu += frame->cpu;
 }
 
@@ -159,7 +159,7 @@ typedef struct Kept {
     int64_t count;
 } Kept;
 
-enum { KEPT_COUNT = 10 };
+enum { KEPT_COUNT = 11 };
 /* the states file keeps a PairMemory as so many doubles, bit by bit */
 #define PAIR_DOUBLES ((int64_t)(sizeof(PairMemory) / sizeof(double)))
 
@@ -175,6 +175,7 @@ static void list_kept(const Sim *sim, Kept kept[KEPT_COUNT]) {
         {"step.v", s->v, ghosts ? places : 0},
         {"step.x_before", s->x_before, before ? places : 0},
         {"step.v_before", s->v_before, before ? places : 0},
+        {"step.calm", (double *)&s->calm, 1},
         {"step.approach", (double *)&s->contact.approach, 1},
         {"step.stiffness", (double *)&s->contact.stiffness, 1},
         {"step.shrink", (double *)&s->contact.shrink, 1},

@@ -280,6 +280,26 @@ static void test_heap(void **unused) {
     assert_true(hash[0] == hash[1] && hash[0] == hash[2]);
 }
 
+/* a crumpled sheet comes to rest, does not creep, and then costs nothing */
+static void test_rest(void **unused) {
+    (void)unused;
+    Play play;
+    play_start(&play, "toile: 1\nfilm: {rate: 30, seconds: 80}\ncloth:\n  sheet:\n"
+                      "    shape: {rectangle: {width: 30 cm, height: 30 cm}}\n    " FABRIC
+                      "    nodes: 16 x 16\n    at: [0, 0, 16 cm]\n    turn: {axis: x, by: 90 "
+                      "deg}\n    noise: 1 mm\nobstacles:\n  floor: {plane: {}, friction: 0.3}\n"
+                      "air: {drag: 0.05 kg/(m2 s)}\nsolver: {stepper: central}\n");
+    play_to(&play, 4.0);
+    CHECK_AT_MOST(play.sim.statistics.kinetic, 1e-9);
+    double fall = play.sim.total.cpu;
+    uint64_t hash = hash_bytes(play.sim.state.x, 3 * sizeof(double) * 256);
+    play_to(&play, 64.0);
+    CHECK_AT_MOST((play.sim.total.cpu - fall) / fall / 6.0, 0.01); /* of 10 s */
+    assert_true(hash == hash_bytes(play.sim.state.x, 3 * sizeof(double) * 256));
+    CHECK_AT_MOST((double)play_crossings(&play), 0.0);
+    play_end(&play);
+}
+
 /* nothing can touch: the same bits as with contact switched off */
 static void test_skipped(void **unused) {
     (void)unused;
@@ -336,6 +356,7 @@ int main(void) {
         cmocka_unit_test(test_heap),
         cmocka_unit_test(test_skipped),
         cmocka_unit_test(test_driven),
+        cmocka_unit_test(test_rest),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

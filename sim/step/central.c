@@ -1,6 +1,6 @@
 /* central.c: velocity Verlet (central difference), the explicit road. */
 #include <math.h>
-#include <stdio.h>
+#include <string.h>
 
 #include "sim/step/explicit.h"
 #include "sim/step/stepper.h"
@@ -8,18 +8,24 @@
 /* v dt <= this share of the contact distance, or impacts are stopped by the guard alone */
 #define CONTACT_COURANT 0.25
 
+/* kinetic energy / (weight * size) that counts as rest, and for how long it must hold */
+#define CALM_ENERGY 1e-9
+#define CALM_SECONDS 0.5
+
 /* of the stability limit: what is faster is stopped by the guard, without bounce */
 #define LEAST_CONTACT_SHARE 0.15
 
 typedef struct Central {
     Explicit *engine;
     State trial;
+    unsigned char *held; /* (place_count) */
 } Central;
 
 static bool create(const System *system, void **data, Error *error) {
     (void)error;
     Central *central = arena_push(system->arena, Central, 1);
     central->engine = explicit_create(system);
+    central->held = arena_push(system->arena, unsigned char, system->place_count);
     central->trial = state_allocate(system, system->arena);
     *data = central;
     return true;
@@ -79,9 +85,52 @@ static void record(const System *system, const State *state, const ExplicitRun *
     }
 }
 
+/* do handles and obstacles stand still until `time_end`, and does none let go? */
+static bool is_undisturbed(const System *system, const State *state, double time_end) {
+    for (int h = 0; h < system->handle_count; h++) {
+        const HandleDef *def = system->handles[h].def;
+        bool lets_go = def->release > state->time - CALM_SECONDS && def->release <= time_end;
+        if (lets_go || motion_end(&def->motion) > state->time - CALM_SECONDS) {
+            return false;
+        }
+    }
+    for (int o = 0; o < system->contact.obstacle_count; o++) {
+        const ContactObstacle *obstacle = &system->contact.obstacles[o];
+        if (obstacle->moves && motion_end(obstacle->motion) > state->contact.clocks[o]) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/* cloth that has come to rest stays there until something moves it */
+static bool sleeps(const System *system, State *state, double time_end) {
+    if (state->calm < CALM_SECONDS || !is_undisturbed(system, state, time_end)) {
+        return false;
+    }
+    memset(state->v, 0, 3 * (size_t)system->place_count * sizeof *state->v);
+    for (int o = 0; o < system->contact.obstacle_count; o++) {
+        state->contact.clocks[o] = time_end;
+    }
+    state->contact.approach = 0.0;
+    state->time = time_end;
+    return true;
+}
+
+static void note_calm(const System *system, Central *central, State *state, double interval) {
+    system_mark_held(system, state->time, central->held);
+    double kinetic = system_kinetic_energy(system, state->v, central->held);
+    bool calm = kinetic <= CALM_ENERGY * system->weight * system->size;
+    state->calm = calm ? state->calm + interval : 0.0;
+}
+
 static bool advance(const System *system, void *data, State *state, double time_end,
                     Statistics *statistics, Error *error) {
     Central *central = data;
+    if (sleeps(system, state, time_end)) {
+        statistics->asleep = 1.0;
+        return true;
+    }
     const SolverDef *solver = &system->scene->solver;
     double interval = time_end - state->time;
     double longest = solver->courant * explicit_limit(central->engine);
@@ -104,6 +153,7 @@ static bool advance(const System *system, void *data, State *state, double time_
             state_copy(system, state, &central->trial);
             state->time = time_end;
             state->step_before = 0.0;
+            note_calm(system, central, state, interval);
             record(system, state, &run, &result, statistics);
             return true;
         }

@@ -4,7 +4,7 @@
 #include <string.h>
 
 const char statistic_names[] =
-    "steps\nretries\nstep_length\nnewton_iterations\nfactorisations\nresidual\n"
+    "asleep\nsteps\nretries\nstep_length\nnewton_iterations\nfactorisations\nresidual\n"
     "kinetic\nelastic\ngravity\ncontact\nwork\nsmallest_gap\nsmallest_self_gap\ntruncations\n"
     "impulses\nlag\npairs\nevaluations\nrebuilds\nfriction\ndamping\nguard\napproach\ncpu\n";
 
@@ -224,6 +224,7 @@ void state_copy(const System *system, State *to, const State *from) {
     size_t n = 3 * (size_t)system->place_count, o = (size_t)system->contact.obstacle_count;
     to->time = from->time;
     to->step_before = from->step_before;
+    to->calm = from->calm;
     memcpy(to->x, from->x, n * sizeof *to->x);
     memcpy(to->v, from->v, n * sizeof *to->v);
     memcpy(to->x_before, from->x_before, n * sizeof *to->x);
@@ -241,7 +242,7 @@ void state_copy(const System *system, State *to, const State *from) {
 }
 
 void state_start(const System *system, State *state) {
-    state->time = state->step_before = 0.0;
+    state->time = state->step_before = state->calm = 0.0;
     for (int c = 0; c < system->cloth_count; c++) {
         const Cloth *cloth = &system->cloths[c];
         double *x = state->x + 3 * (size_t)system->first[c];

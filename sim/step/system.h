@@ -42,11 +42,13 @@ typedef struct State {
     double *x_before; /* BDF2: one step earlier; valid when step_before > 0 */
     double *v_before;
     double step_before; /* [s] length of the last implicit step; 0: none yet */
+    double calm;        /* [s] for which nothing has moved; explicit cloth then sleeps */
     ContactMemory contact;
 } State;
 
 /* What happened in one frame; names in statistic_names. */
 typedef struct Statistics {
+    double asleep; /* 1 when nothing had to be computed */
     double steps, retries, step_length, newton_iterations, factorisations, residual;
     double kinetic, elastic, gravity, contact; /* [J] at the end of the frame */
     double work;                               /* [J] done by handles during the frame */
