@@ -343,6 +343,7 @@ static bool stays_quiet(Contact *c, double dt, double fastest) {
 
 static void leave_quiet(Contact *c) {
     Lists *l = &c->lists;
+    l->stamp++;
     l->spent += c->quiet_path;
     for (int i = 0; i < l->group_pair_count; i++) {
         l->group_pairs[i].path += c->quiet_path;

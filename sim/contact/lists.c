@@ -6,7 +6,10 @@
 
 #include "sim/contact/constants.h"
 
-#define TRIM_BINS 32 /* of distance, to choose a slack */
+#define TRIM_BINS 32     /* of distance, to choose a slack */
+#define LEAST_HOLES 4096 /* pairs; fewer are not worth closing */
+#define SAFE_FAR 1.0001  /* more than rounding does to a squared distance */
+#define LEAST_SINE2 1e-12 /* of two edges: below, their common normal is noise */
 
 Lists lists_create(const Surface *surface, const double *start, Arena *arena) {
     Lists l = {.surface = surface, .arena = arena, .stamp = 1};
@@ -106,16 +109,19 @@ static PairMemory memory_of(const Pair *pair) {
 
 int lists_remember(const Lists *l, PairMemory *memory, int room) {
     int count = 0;
-    for (int p = 0; p < l->pair_count && count < room; p++) {
-        if (is_stretched(&l->pairs[p])) {
-            memory[count++] = memory_of(&l->pairs[p]);
+    for (int i = 0; i < l->group_pair_count; i++) {
+        const GroupPair *owner = &l->group_pairs[i];
+        for (int p = owner->begin; p < owner->begin + owner->count && count < room; p++) {
+            if (is_stretched(&l->pairs[p])) {
+                memory[count++] = memory_of(&l->pairs[p]);
+            }
         }
     }
     return count;
 }
 
 void lists_clear(Lists *l, const PairMemory *memory, int memory_count) {
-    l->group_pair_count = l->pair_count = 0;
+    l->group_pair_count = l->pair_count = l->pair_end = 0;
     l->reach = l->spent = 0.0;
     l->stamp++;
     l->statistics = (ListsStatistics){0};
@@ -123,6 +129,46 @@ void lists_clear(Lists *l, const PairMemory *memory, int memory_count) {
     for (int i = 0; i < memory_count; i++) {
         keep(l, &memory[i]);
     }
+}
+
+/* ---- blocks of pairs ---- */
+
+/* leaves a hole behind */
+static void drop_block(Lists *l, GroupPair *owner) {
+    for (int p = owner->begin; p < owner->begin + owner->count; p++) {
+        if (is_stretched(&l->pairs[p])) {
+            PairMemory memory = memory_of(&l->pairs[p]);
+            keep(l, &memory);
+        }
+    }
+    l->pair_count -= owner->count;
+    owner->count = 0;
+}
+
+/* closes the holes */
+static void pack_blocks(Lists *l) {
+    if (l->old_room < l->pair_room) {
+        l->old_pairs = arena_push(l->arena, Pair, l->pair_room);
+        l->old_due = arena_push(l->arena, double, l->pair_room);
+        l->old_room = l->pair_room;
+    }
+    int end = 0;
+    for (int i = 0; i < l->group_pair_count; i++) {
+        GroupPair *owner = &l->group_pairs[i];
+        size_t count = (size_t)owner->count;
+        if (count > 0) {
+            memcpy(l->old_pairs + end, l->pairs + owner->begin, count * sizeof *l->pairs);
+            memcpy(l->old_due + end, l->due + owner->begin, count * sizeof *l->due);
+        }
+        owner->begin = end;
+        end += owner->count;
+    }
+    Pair *pairs = l->pairs;
+    double *due = l->due;
+    int room = l->pair_room;
+    l->pairs = l->old_pairs, l->due = l->old_due, l->pair_room = l->old_room;
+    l->old_pairs = pairs, l->old_due = due, l->old_room = room;
+    l->pair_end = end;
 }
 
 /* ---- level 1 ---- */
@@ -196,27 +242,6 @@ static int find_old(const Lists *l, int a, int b) {
     }
 }
 
-/* drops pairs whose group pair has renumber < 0, fills the holes with the last ones, and
- * renumbers the others */
-static void drop_pairs(Lists *l) {
-    int p = 0;
-    while (p < l->pair_count) {
-        int owner = l->renumber[l->owner[p]];
-        if (owner >= 0) {
-            l->owner[p++] = owner;
-            continue;
-        }
-        if (is_stretched(&l->pairs[p])) {
-            PairMemory memory = memory_of(&l->pairs[p]);
-            keep(l, &memory);
-        }
-        int last = --l->pair_count;
-        l->pairs[p] = l->pairs[last];
-        l->due[p] = l->due[last];
-        l->owner[p] = l->owner[last];
-    }
-}
-
 void lists_remake(Lists *l, const Points *x, double least_reach) {
     int groups = l->surface->group_count, old_count = l->group_pair_count;
     GroupPair *old = l->group_pairs;
@@ -247,7 +272,12 @@ void lists_remake(Lists *l, const Points *x, double least_reach) {
             l->widest = max2(l->widest, pair->near);
         }
     }
-    drop_pairs(l);
+    for (int i = 0; i < old_count; i++) {
+        if (l->renumber[i] < 0) {
+            drop_block(l, &l->old_group_pairs[i]);
+        }
+    }
+    pack_blocks(l);
 }
 
 /* ---- level 2 ---- */
@@ -327,8 +357,7 @@ static double flat_distance(Lists *l, const Points *x, const GroupPair *pair) {
 typedef struct Search {
     Lists *lists;
     const Points *x;
-    int owner;
-    double reach, near, dhat;
+    double path, reach, near, dhat;
     bool one_panel; /* and not a lattice: neighbours may be nearer than dhat at rest */
     const double *material;
     int first;
@@ -349,19 +378,37 @@ static double rest_limited(const Search *s, const Pair *pair) {
     return min2(s->dhat, 0.5 * rest.distance);
 }
 
+/* are the parallel planes that hold the two features farther apart than the reach? Cheaper than
+ * the distance, of which theirs is a lower bound. */
+static inline bool planes_far(const Search *s, PairKind kind, const int place[4]) {
+    Vec3 a = point_at(s->x, place[0]), b = point_at(s->x, place[1]);
+    Vec3 c = point_at(s->x, place[2]), d = point_at(s->x, place[3]);
+    Vec3 e = kind == PAIR_FACE ? vec3_sub(c, d) : vec3_sub(a, b);
+    Vec3 f = kind == PAIR_FACE ? vec3_sub(b, d) : vec3_sub(c, d);
+    Vec3 normal = vec3_cross(e, f);
+    double apart = vec3_dot(normal, vec3_sub(a, d)), square = vec3_dot(normal, normal);
+    return apart * apart > SAFE_FAR * s->reach * s->reach * square &&
+           square > LEAST_SINE2 * vec3_dot(e, e) * vec3_dot(f, f);
+}
+
+static void make_pair_room(Lists *l) {
+    int room = 2 * l->pair_room + 1024;
+    size_t used = (size_t)l->pair_end;
+    l->pairs = grown(l->arena, l->pairs, used * sizeof *l->pairs, (size_t)room * sizeof *l->pairs);
+    l->due = grown(l->arena, l->due, used * sizeof *l->due, (size_t)room * sizeof *l->due);
+    l->pair_room = room;
+}
+
 static void add_pair(const Search *s, PairKind kind, int a, int b, int c, int d) {
     Lists *l = s->lists;
-    if (l->pair_count == l->pair_room) {
-        int room = 2 * l->pair_room + 1024;
-        size_t used = (size_t)l->pair_count;
-        l->pairs =
-            grown(l->arena, l->pairs, used * sizeof *l->pairs, (size_t)room * sizeof *l->pairs);
-        l->due = grown(l->arena, l->due, used * sizeof *l->due, (size_t)room * sizeof *l->due);
-        l->owner =
-            grown(l->arena, l->owner, used * sizeof *l->owner, (size_t)room * sizeof *l->owner);
-        l->pair_room = room;
+    int place[4] = {a, b, c, d};
+    if (planes_far(s, kind, place)) {
+        return;
     }
-    Pair *pair = &l->pairs[l->pair_count];
+    if (l->pair_end == l->pair_room) {
+        make_pair_room(l);
+    }
+    Pair *pair = &l->pairs[l->pair_end];
     *pair = (Pair){.kind = kind, .place = {a, b, c, d}, .dhat = s->dhat};
     pair_evaluate(s->x, pair);
     if (pair->distance > s->reach) {
@@ -378,9 +425,7 @@ static void add_pair(const Search *s, PairKind kind, int a, int b, int c, int d)
             pair->bristle = vec3_load(memory->bristle);
         }
     }
-    const GroupPair *owner = &l->group_pairs[s->owner];
-    l->due[l->pair_count] = owner->path + pair->distance - s->near;
-    l->owner[l->pair_count++] = s->owner;
+    l->due[l->pair_end++] = s->path + pair->distance - s->near;
 }
 
 static inline Box box_of(const Points *x, const int *places, int count) {
@@ -458,13 +503,13 @@ static void search_pair(const Search *s, const GroupPair *pair) {
 
 /* [m] slack that leaves few pairs of those from `first` on, but at least `slack`; drops the rest */
 static double trim_pairs(Lists *l, int first, double near, double slack, double longest) {
-    int found = l->pair_count - first;
+    int found = l->pair_end - first;
     if (found <= CONTACT_FEW_PAIRS || longest <= slack) {
         return longest;
     }
     int bins[TRIM_BINS] = {0}, most = 0;
     double width = longest / TRIM_BINS;
-    for (int p = first; p < l->pair_count; p++) {
+    for (int p = first; p < l->pair_end; p++) {
         int bin = (int)((l->pairs[p].distance - near) / width);
         bins[bin < 0 ? 0 : bin >= TRIM_BINS ? TRIM_BINS - 1 : bin]++;
     }
@@ -473,14 +518,13 @@ static double trim_pairs(Lists *l, int first, double near, double slack, double 
     }
     slack = max2(slack, most * width);
     int kept = first;
-    for (int p = first; p < l->pair_count; p++) {
+    for (int p = first; p < l->pair_end; p++) {
         if (l->pairs[p].distance <= near + slack) {
             l->pairs[kept] = l->pairs[p];
-            l->due[kept] = l->due[p];
-            l->owner[kept++] = l->owner[p];
+            l->due[kept++] = l->due[p];
         }
     }
-    l->pair_count = kept;
+    l->pair_end = kept;
     return slack;
 }
 
@@ -510,30 +554,39 @@ static void query_one(Lists *l, const Points *x, int index, double dt) {
     double longest = pair->dense ? slack : max2(slack, min2(most, CONTACT_LONG_SLACK_STEPS * step));
     Search search = {.lists = l,
                      .x = x,
-                     .owner = index,
+                     .path = pair->path,
                      .reach = pair->near + longest,
                      .near = pair->near,
                      .dhat = dhat,
                      .one_panel = a->panel == b->panel && of_a->nu == 0,
                      .material = of_a->material,
                      .first = of_a->first};
-    int first = l->pair_count;
+    pair->begin = l->pair_end;
     search_pair(&search, pair);
-    pair->dense = l->pair_count - first > CONTACT_FEW_PAIRS;
-    pair->limit = pair->path + trim_pairs(l, first, pair->near, slack, longest);
+    pair->dense = l->pair_end - pair->begin > CONTACT_FEW_PAIRS;
+    pair->limit = pair->path + trim_pairs(l, pair->begin, pair->near, slack, longest);
+    pair->count = l->pair_end - pair->begin;
+    pair->evaluated = l->stamp;
+    pair->earliest = INFINITY;
+    for (int p = pair->begin; p < l->pair_end; p++) {
+        pair->earliest = min2(pair->earliest, l->due[p]);
+    }
+    l->pair_count += pair->count;
 }
 
-int lists_query(Lists *l, const Points *x, const unsigned char *wanted, double dt) {
+void lists_query(Lists *l, const Points *x, const unsigned char *wanted, double dt) {
     for (int i = 0; i < l->group_pair_count; i++) {
-        l->renumber[i] = wanted[i] ? -1 : i;
+        if (wanted[i] && l->group_pairs[i].count > 0) {
+            drop_block(l, &l->group_pairs[i]);
+        }
     }
-    drop_pairs(l);
-    int first = l->pair_count;
     for (int i = 0; i < l->group_pair_count; i++) {
         if (wanted[i]) {
             query_one(l, x, i, dt);
         }
     }
+    if (l->pair_end > 2 * l->pair_count + LEAST_HOLES) {
+        pack_blocks(l);
+    }
     kept_empty(l);
-    return first;
 }

@@ -36,6 +36,9 @@ typedef struct GroupPair {
     double near;  /* [m] */
     double speed; /* [m/s] bound of the relative speed in this step */
     bool dense;   /* many pairs were found: the next search reaches less far */
+    int begin, count; /* its pairs */
+    double earliest;  /* [m] path at which the first of them must be looked at */
+    long evaluated;   /* stamp at which they were looked at last */
 } GroupPair;
 
 typedef enum PairKind {
@@ -87,10 +90,11 @@ typedef struct Lists {
     double reach;  /* [m] groups farther apart are not listed */
     double spent;  /* [m] of it used up by motion */
     double widest; /* [m] largest `near` of any group pair */
-    Pair *pairs;   /* (pair_count) */
-    double *due;   /* [m] (pair_count) path of the group pair at which it must be looked at */
-    int *owner;    /* (pair_count) group pair */
-    int pair_count, pair_room;
+    Pair *pairs;   /* (pair_end) in blocks of group pairs, and holes */
+    double *due;   /* [m] (pair_end) path of the group pair at which it must be looked at */
+    Pair *old_pairs; /* the other half of a room that is used in turns */
+    double *old_due;
+    int pair_count, pair_end, pair_room, old_room; /* pair_count: without holes */
     PairMemory *kept; /* bristles of pairs that were dropped, as a hash table */
     int kept_count, kept_room;
     ListsStatistics statistics;
@@ -104,9 +108,8 @@ void lists_clear(Lists *lists, const PairMemory *memory, int memory_count);
 /* Level 1. Group pairs that stay keep their pairs. `least_reach` [m]: what near and slack need. */
 void lists_remake(Lists *lists, const Points *x, double least_reach);
 
-/* Level 2 for every group pair with wanted[i] != 0: near and slack [m] from its speed and dt.
- * Returns the first of the new pairs: pairs [result, pair_count) are evaluated and due. */
-int lists_query(Lists *lists, const Points *x, const unsigned char *wanted, double dt);
+/* Level 2 for every group pair with wanted[i] != 0: near and slack [m] from its speed and dt. */
+void lists_query(Lists *lists, const Points *x, const unsigned char *wanted, double dt);
 
 /* Closest points of a pair. */
 void pair_evaluate(const Points *points, Pair *pair);

@@ -54,7 +54,37 @@ static void make_room(Contact *c) {
     }
 }
 
-/* the pairs that are due by their group pair's path, evaluated */
+/* the pairs of one group pair that are due by its path, evaluated */
+static void evaluate_block(Contact *c, const Points *x, GroupPair *owner) {
+    Lists *l = &c->lists;
+    bool known = owner->evaluated == l->stamp;
+    double near = owner->near, earliest = INFINITY;
+    for (int p = owner->begin; p < owner->begin + owner->count; p++) {
+        if (owner->path < l->due[p]) {
+            earliest = min2(earliest, l->due[p]);
+            continue;
+        }
+        Pair *pair = &l->pairs[p];
+        if (!known) {
+            double bound = pair->distance > near ? pair_bound(x, pair) : 0.0;
+            if (bound <= near) {
+                pair_evaluate(x, pair);
+                bound = pair->distance;
+            }
+            l->due[p] = owner->path + bound - near;
+        }
+        earliest = min2(earliest, l->due[p]);
+        if (pair->distance <= near) {
+            c->due_pairs[c->due_count++] = p;
+        } else {
+            pair->bristle = vec3(0, 0, 0);
+        }
+    }
+    owner->earliest = earliest;
+    owner->evaluated = l->stamp;
+}
+
+/* all due pairs */
 static void evaluate(Contact *c, ContactView view) {
     Lists *l = &c->lists;
     Points x = contact_positions(view);
@@ -63,23 +93,10 @@ static void evaluate(Contact *c, ContactView view) {
         c->due_pairs = arena_push(c->arena, int, c->due_room);
     }
     c->due_count = 0;
-    for (int p = 0; p < l->pair_count; p++) {
-        const GroupPair *owner = &l->group_pairs[l->owner[p]];
-        if (owner->path < l->due[p]) {
-            continue;
-        }
-        Pair *pair = &l->pairs[p];
-        double bound = pair->distance > owner->near ? pair_bound(&x, pair) : 0.0;
-        if (bound > owner->near) {
-            l->due[p] = owner->path + bound - owner->near;
-            continue;
-        }
-        pair_evaluate(&x, pair);
-        l->due[p] = owner->path + pair->distance - owner->near;
-        if (pair->distance <= owner->near) {
-            c->due_pairs[c->due_count++] = p;
-        } else {
-            pair->bristle = vec3(0, 0, 0);
+    for (int i = 0; i < l->group_pair_count; i++) {
+        GroupPair *owner = &l->group_pairs[i];
+        if (owner->count > 0 && owner->path >= owner->earliest) {
+            evaluate_block(c, &x, owner);
         }
     }
     c->statistics.evaluations += c->due_count;
