@@ -104,6 +104,7 @@ Contact *contact_create(const ContactDef *def, Arena *arena) {
     c->motion = arena_push(arena, GroupMotion, c->surface.group_count);
     index_groups(c, arena);
     weigh_panels(c, arena);
+    c->x = arena_push(arena, double, 3 * n);
     c->stiff = arena_push(arena, double, n);
     c->touched = arena_push(arena, int, n);
     c->is_touched = arena_push(arena, unsigned char, n);
@@ -119,6 +120,16 @@ Contact *contact_create(const ContactDef *def, Arena *arena) {
 }
 
 /* ---- shared by both kinds of contact ---- */
+
+void contact_gather(Contact *c, ContactView view) {
+    c->lists.stamp++;
+    for (int i = 0; i < c->def->vertex_count; i++) {
+        int slot = view.slot[i];
+        for (int a = 0; a < 3; a++) {
+            c->x[3 * i + a] = view.lanes->x[a][slot];
+        }
+    }
+}
 
 void contact_push(Contact *c, ContactView view, int place, Vec3 force, double stiffness) {
     const Lanes *lanes = view.lanes;
@@ -236,6 +247,7 @@ void contact_begin(Contact *c, ContactView view, const ContactMemory *memory, do
     memcpy(c->touch_memory, memory->pairs, (size_t)touches * sizeof *memory->pairs);
     c->touch_memory_count = touches;
     lists_clear(&c->lists, memory->pairs + touches, memory->pair_count - touches);
+    contact_gather(c, view);
     c->quiet = false;
     c->step_count = 0.0;
     c->stiffness = memory->stiffness > 0.0 ? memory->stiffness : CONTACT_SELF_STIFFNESS;
@@ -246,7 +258,7 @@ void contact_begin(Contact *c, ContactView view, const ContactMemory *memory, do
         self_move_groups(c, view);
     }
     if (o > 0) {
-        obstacle_begin(c, view, dt);
+        obstacle_begin(c, dt);
     }
 }
 
@@ -285,7 +297,7 @@ void contact_forces(Contact *c, ContactView view, double dt, double share, doubl
     if (c->quiet) {
         return;
     }
-    c->lists.stamp++;
+    contact_gather(c, view);
     if (c->def->self) {
         self_forces(c, view, dt, share);
     }
@@ -341,9 +353,9 @@ static bool stays_quiet(Contact *c, double dt, double fastest) {
     return true;
 }
 
-static void leave_quiet(Contact *c) {
+static void leave_quiet(Contact *c, ContactView view) {
+    contact_gather(c, view);
     Lists *l = &c->lists;
-    l->stamp++;
     l->spent += c->quiet_path;
     for (int i = 0; i < l->group_pair_count; i++) {
         l->group_pairs[i].path += c->quiet_path;
@@ -371,7 +383,7 @@ static void guard_all(Contact *c, ContactView view, double dt) {
         self_move_groups(c, view);
     }
     if (obstacles) {
-        obstacle_refresh(c, view, dt);
+        obstacle_refresh(c, dt);
     }
     if (self) {
         self_impulses(c, view, dt);
@@ -389,7 +401,7 @@ static void guard_all(Contact *c, ContactView view, double dt) {
         }
         apply_scales(c, view);
         again = c->changed_count > 0 && self && self_check(c, view, dt);
-        again = (c->changed_count > 0 && obstacles && obstacle_check(c, view, dt)) || again;
+        again = (c->changed_count > 0 && obstacles && obstacle_check(c, dt)) || again;
     }
     if (again) { /* standing still is always legal */
         for (int i = 0; i < c->def->vertex_count; i++) {
@@ -397,7 +409,7 @@ static void guard_all(Contact *c, ContactView view, double dt) {
         }
         apply_scales(c, view);
         self_move_groups(c, view);
-        obstacle_check(c, view, dt);
+        obstacle_check(c, dt);
     }
 }
 
@@ -409,7 +421,7 @@ void contact_guard(Contact *c, ContactView view, double dt, double fastest) {
             obstacle_move(c, view, dt);
             return;
         }
-        leave_quiet(c);
+        leave_quiet(c, view);
     }
     guard_all(c, view, dt);
     if (c->def->obstacle_count > 0) {

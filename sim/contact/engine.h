@@ -59,6 +59,7 @@ struct Contact {
     Arena *arena;
     Surface surface;
     Lists lists;
+    double *x;               /* [m] (vertex_count x 3) copied from the lanes: quicker to look up */
     GroupMotion *motion;     /* (group_count) */
     int *vertex_group_begin; /* (vertex_count + 1) */
     int *vertex_groups;      /* groups of every vertex */
@@ -109,9 +110,11 @@ struct Contact {
     ContactStatistics statistics;
 };
 
-static inline Points contact_positions(ContactView view) {
-    return (Points){{view.lanes->x[0], view.lanes->x[1], view.lanes->x[2]}, 1, view.slot};
+static inline Points contact_positions(const Contact *c) {
+    return (Points){c->x};
 }
+/* after positions changed */
+void contact_gather(Contact *c, ContactView view);
 static inline Vec3 contact_velocity(ContactView view, int place) {
     int s = view.slot[place];
     return vec3(view.lanes->v[0][s], view.lanes->v[1][s], view.lanes->v[2][s]);
@@ -154,15 +157,15 @@ double self_energy(Contact *c, ContactView view, double dt);
 double self_room(const Contact *c);
 
 /* obstacle.c: cloth with obstacles */
-void obstacle_begin(Contact *c, ContactView view, double dt);
+void obstacle_begin(Contact *c, double dt);
 void obstacle_demand(Contact *c, double dt, double time_end);
 void obstacle_forces(Contact *c, ContactView view, double dt, double share);
-void obstacle_refresh(Contact *c, ContactView view, double dt);
+void obstacle_refresh(Contact *c, double dt);
 void obstacle_impulses(Contact *c, ContactView view, double dt);
 void obstacle_shorten(Contact *c, ContactView view, double dt);
 void obstacle_move(Contact *c, ContactView view, double dt);
 void obstacle_advance(Contact *c, double dt);
-bool obstacle_check(Contact *c, ContactView view, double dt);
+bool obstacle_check(Contact *c, double dt);
 double obstacle_energy(const Contact *c, ContactView view, double dt);
 double obstacle_room(const Contact *c);
 void obstacle_restore(Contact *c, int first); /* kept bristles to the touches from `first` on */

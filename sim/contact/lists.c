@@ -373,7 +373,7 @@ static double rest_limited(const Search *s, const Pair *pair) {
     int places[4] = {0, 1, 2, 3};
     Pair rest = {.kind = pair->kind};
     memcpy(rest.place, places, sizeof places);
-    Points points = {{flat, flat + 1, flat + 2}, 3, NULL};
+    Points points = {flat};
     pair_evaluate(&points, &rest);
     return min2(s->dhat, 0.5 * rest.distance);
 }

@@ -17,17 +17,12 @@
 
 #include "sim/contact/surface.h"
 
-/* Positions or velocities of places, however they are stored. */
+/* Positions of places. */
 typedef struct Points {
-    const double *component[3];
-    int stride;
-    const int *slot; /* (places); NULL: place i is item i */
+    const double *x; /* [m] (places x 3) */
 } Points;
 
-static inline Vec3 point_at(const Points *p, int place) {
-    int at = (p->slot ? p->slot[place] : place) * p->stride;
-    return vec3(p->component[0][at], p->component[1][at], p->component[2][at]);
-}
+static inline Vec3 point_at(const Points *p, int place) { return vec3_load(p->x + 3 * (long)place); }
 
 typedef struct GroupPair {
     int a, b;     /* a <= b */

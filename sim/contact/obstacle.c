@@ -220,7 +220,7 @@ static void drop_touch(Contact *c, int t) {
 }
 
 /* searches the groups that spent their path, or that became too fast for their list */
-static bool search(Contact *c, ContactView view, bool by_path, double dt) {
+static bool search(Contact *c, bool by_path, double dt) {
     int owners = c->surface.group_count * c->def->obstacle_count, wanted = 0;
     for (int i = 0; i < owners; i++) {
         c->owner_wanted[i] = is_wanted(&c->group_touches[i], by_path, dt);
@@ -229,7 +229,7 @@ static bool search(Contact *c, ContactView view, bool by_path, double dt) {
     if (wanted == 0) {
         return false;
     }
-    Points x = contact_positions(view);
+    Points x = contact_positions(c);
     c->statistics.rebuilds++;
     c->touch_memory_count = 0;
     for (int t = 0; t < c->touch_count;) {
@@ -270,7 +270,7 @@ static Frame frame_of(Pose pose) {
                     quat_rotate(pose.turn, vec3(0, 0, 1))}};
 }
 
-void obstacle_begin(Contact *c, ContactView view, double dt) {
+void obstacle_begin(Contact *c, double dt) {
     for (int o = 0; o < c->def->obstacle_count; o++) {
         c->frames[o] = frame_of(c->poses[o]);
     }
@@ -285,7 +285,7 @@ void obstacle_begin(Contact *c, ContactView view, double dt) {
         }
     }
     int kept = c->touch_memory_count; /* from the last interval; nothing is dropped yet */
-    search(c, view, true, dt);
+    search(c, true, dt);
     c->touch_memory_count = kept;
     obstacle_restore(c, 0);
 }
@@ -414,8 +414,8 @@ static void forget(const Contact *c, Touch *touch) {
     }
 }
 
-static void evaluate(Contact *c, ContactView view) {
-    Points x = contact_positions(view);
+static void evaluate(Contact *c) {
+    Points x = contact_positions(c);
     c->due_touch_count = 0;
     for (int t = 0; t < c->touch_count; t++) {
         Touch *touch = &c->touches[t];
@@ -457,8 +457,8 @@ static bool all_held(ContactView view, const Touch *touch) {
 }
 
 void obstacle_forces(Contact *c, ContactView view, double dt, double share) {
-    search(c, view, true, dt);
-    evaluate(c, view);
+    search(c, true, dt);
+    evaluate(c);
     contact_clear_twins(c, c->due_touch_count);
     for (int k = 0; k < c->due_touch_count; k++) {
         Touch *touch = &c->touches[c->due_touches[k]];
@@ -482,15 +482,15 @@ void obstacle_forces(Contact *c, ContactView view, double dt, double share) {
 
 /* ---- guard ---- */
 
-void obstacle_refresh(Contact *c, ContactView view, double dt) {
+void obstacle_refresh(Contact *c, double dt) {
     int obstacles = c->def->obstacle_count;
     for (int i = 0; i < c->surface.group_count * obstacles; i++) {
         const GroupMotion *motion = &c->motion[i / obstacles];
         c->group_touches[i].speed =
             vec3_length(motion->velocity) + motion->deviation + c->obstacle_speed[i % obstacles];
     }
-    if (search(c, view, false, dt)) {
-        evaluate(c, view);
+    if (search(c, false, dt)) {
+        evaluate(c);
     }
 }
 
@@ -526,7 +526,7 @@ void obstacle_impulses(Contact *c, ContactView view, double dt) {
 
 /* the corners stay on their side of the plane, less what is reserved for the obstacle */
 void obstacle_shorten(Contact *c, ContactView view, double dt) {
-    Points x = contact_positions(view);
+    Points x = contact_positions(c);
     for (int k = 0; k < c->due_touch_count; k++) {
         const Touch *touch = &c->touches[c->due_touches[k]];
         double reserve = max2(0.0, min2(reach_beyond(c, touch), 0.5 * touch->distance));
@@ -569,7 +569,7 @@ static double free_share(const Contact *c, ContactView view, const Points *x, in
 }
 
 void obstacle_move(Contact *c, ContactView view, double dt) {
-    Points x = contact_positions(view);
+    Points x = contact_positions(c);
     for (int o = 0; o < c->def->obstacle_count; o++) {
         const ContactObstacle *obstacle = &c->def->obstacles[o];
         if (!obstacle->moves) {
@@ -582,7 +582,7 @@ void obstacle_move(Contact *c, ContactView view, double dt) {
     }
 }
 
-bool obstacle_check(Contact *c, ContactView view, double dt) {
+bool obstacle_check(Contact *c, double dt) {
     int obstacles = c->def->obstacle_count;
     bool again = false;
     for (int i = 0; i < c->surface.group_count * obstacles; i++) {
@@ -592,8 +592,8 @@ bool obstacle_check(Contact *c, ContactView view, double dt) {
             vec3_length(motion->velocity) + motion->deviation + c->obstacle_speed[i % obstacles];
         again = again || group->speed * dt > CONTACT_PLANE_SHARE * group->near;
     }
-    if (again && search(c, view, false, dt)) {
-        evaluate(c, view);
+    if (again && search(c, false, dt)) {
+        evaluate(c);
     }
     return again;
 }

@@ -85,9 +85,9 @@ static void evaluate_block(Contact *c, const Points *x, GroupPair *owner) {
 }
 
 /* all due pairs */
-static void evaluate(Contact *c, ContactView view) {
+static void evaluate(Contact *c) {
     Lists *l = &c->lists;
-    Points x = contact_positions(view);
+    Points x = contact_positions(c);
     if (c->due_room < l->pair_room) {
         c->due_room = l->pair_room;
         c->due_pairs = arena_push(c->arena, int, c->due_room);
@@ -104,15 +104,15 @@ static void evaluate(Contact *c, ContactView view) {
 }
 
 /* searches every group pair whose `wanted` is set; what is evaluated stays valid */
-static void search(Contact *c, ContactView view, double dt) {
-    Points x = contact_positions(view);
+static void search(Contact *c, double dt) {
+    Points x = contact_positions(c);
     lists_query(&c->lists, &x, c->wanted, dt);
     c->statistics.rebuilds++;
-    evaluate(c, view);
+    evaluate(c);
 }
 
-static void remake(Contact *c, ContactView view, double dt) {
-    Points x = contact_positions(view);
+static void remake(Contact *c, double dt) {
+    Points x = contact_positions(c);
     double fastest = 2.0 * fastest_group(c) * dt;
     double least = c->def->distance * (1.0 + CONTACT_LEAST_SLACK) +
                    (CONTACT_NEAR_STEPS + CONTACT_SLACK_STEPS) * fastest;
@@ -124,12 +124,12 @@ void self_begin(Contact *c, ContactView view, double dt) {
     Lists *l = &c->lists;
     l->stamp++;
     self_move_groups(c, view);
-    remake(c, view, dt);
+    remake(c, dt);
     for (int i = 0; i < l->group_pair_count; i++) {
         l->group_pairs[i].speed = relative_speed(c, &l->group_pairs[i]);
         c->wanted[i] = 1;
     }
-    search(c, view, dt);
+    search(c, dt);
 }
 
 /* ---- forces ---- */
@@ -231,9 +231,9 @@ void self_forces(Contact *c, ContactView view, double dt, double share) {
         spent += c->wanted[i];
     }
     if (spent > 0) {
-        search(c, view, dt);
+        search(c, dt);
     } else {
-        evaluate(c, view);
+        evaluate(c);
     }
     contact_clear_twins(c, c->due_count);
     for (int k = 0; k < c->due_count; k++) {
@@ -268,7 +268,7 @@ void self_refresh(Contact *c, ContactView view, double dt) {
     double step = 2.0 * fastest_group(c) * dt;
     bool remade = l->spent + step > l->reach - l->widest;
     if (remade) {
-        remake(c, view, dt);
+        remake(c, dt);
     }
     int wanted = 0;
     for (int i = 0; i < l->group_pair_count; i++) {
@@ -279,7 +279,7 @@ void self_refresh(Contact *c, ContactView view, double dt) {
         wanted += c->wanted[i];
     }
     if (wanted > 0 || remade) {
-        search(c, view, dt);
+        search(c, dt);
     }
     c->level_step = step;
 }
@@ -345,7 +345,7 @@ static void pair_shorten(Contact *c, ContactView view, const Points *x, const Pa
 }
 
 void self_shorten(Contact *c, ContactView view, double dt) {
-    Points x = contact_positions(view);
+    Points x = contact_positions(c);
     for (int k = 0; k < c->due_count; k++) {
         pair_shorten(c, view, &x, &c->lists.pairs[c->due_pairs[k]], dt);
     }
@@ -368,7 +368,7 @@ bool self_check(Contact *c, ContactView view, double dt) {
         again = again || c->wanted[i];
     }
     if (again) {
-        search(c, view, dt);
+        search(c, dt);
     }
     return again;
 }
