@@ -14,7 +14,7 @@ static double pair_distance(PairKind kind, const Vec3 x[4], const Vec3 p[4], dou
     for (int k = 0; k < 4; k++) {
         y[k] = vec3_axpy(x[k], t, p[k]);
     }
-    Points points = {{&y[0].x, &y[0].y, &y[0].z}, 3, NULL};
+    Points points = {&y[0].x};
     Pair pair = {.kind = kind, .place = {0, 1, 2, 3}};
     pair_evaluate(&points, &pair);
     return pair.distance;

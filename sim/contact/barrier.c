@@ -331,7 +331,7 @@ static void clamped_key(const Pair *pair, int key[4]) {
 
 static void find_pair(Barrier *b, const Candidate *item, const double *x) {
     const ContactDef *def = b->def;
-    Points points = {{x, x + 1, x + 2}, 3, NULL};
+    Points points = {x};
     Pair pair = {.kind = item->kind};
     memcpy(pair.place, item->place, sizeof pair.place);
     pair_evaluate(&points, &pair);

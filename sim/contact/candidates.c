@@ -55,7 +55,7 @@ static double pair_distance(const Candidates *c, PairKind kind, const int place[
         const double *m = panel->material + 2 * (size_t)(place[k] - panel->first);
         rest[k] = vec3(m[0], m[1], 0.0);
     }
-    Points points = {{&rest[0].x, &rest[0].y, &rest[0].z}, 3, NULL};
+    Points points = {&rest[0].x};
     Pair pair = {.kind = kind, .place = {0, 1, 2, 3}};
     pair_evaluate(&points, &pair);
     return fmin(dhat, CONTACT_REST_SHARE * pair.distance);

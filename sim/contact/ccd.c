@@ -23,7 +23,7 @@ static bool ends(double advance, double distance, double target, double *t) {
 
 double ccd_pair(PairKind kind, const Vec3 x[4], const Vec3 p[4], double target, Vec3 *normal) {
     Vec3 y[4];
-    Points points = {{&y[0].x, &y[0].y, &y[0].z}, 3, NULL};
+    Points points = {&y[0].x};
     Pair pair = {.kind = kind, .place = {0, 1, 2, 3}};
     int first = kind == PAIR_FACE ? 1 : 2;
     double t = 0.0;

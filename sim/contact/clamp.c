@@ -51,7 +51,7 @@ static double distance_of(const Clamp *c, const Candidate *item, const Pose *pos
         return ccd_solid_distance(&c->near.def->obstacles[item->obstacle].solid, y, &normal, w,
                                   &feature);
     }
-    Points points = {{&y[0].x, &y[0].y, &y[0].z}, 3, NULL};
+    Points points = {&y[0].x};
     Pair pair = {.kind = item->kind, .place = {0, 1, 2, 3}};
     pair_evaluate(&points, &pair);
     return pair.distance;

@@ -110,9 +110,7 @@ struct Contact {
     ContactStatistics statistics;
 };
 
-static inline Points contact_positions(const Contact *c) {
-    return (Points){c->x};
-}
+static inline Points contact_positions(const Contact *c) { return (Points){c->x}; }
 /* after positions changed */
 void contact_gather(Contact *c, ContactView view);
 static inline Vec3 contact_velocity(ContactView view, int place) {
@@ -155,6 +153,9 @@ void self_advance(Contact *c, double dt);
 double self_energy(Contact *c, ContactView view, double dt);
 /* [m] motion of two vertices together until something could be near; 0: something is listed */
 double self_room(const Contact *c);
+
+/* obstacle_distance.c: distance, normal, feature of a touch at the positions of now */
+void obstacle_evaluate(Contact *c, const Points *x, Touch *touch);
 
 /* obstacle.c: cloth with obstacles */
 void obstacle_begin(Contact *c, double dt);

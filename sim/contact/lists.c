@@ -6,9 +6,9 @@
 
 #include "sim/contact/constants.h"
 
-#define TRIM_BINS 32     /* of distance, to choose a slack */
-#define LEAST_HOLES 4096 /* pairs; fewer are not worth closing */
-#define SAFE_FAR 1.0001  /* more than rounding does to a squared distance */
+#define TRIM_BINS 32      /* of distance, to choose a slack */
+#define LEAST_HOLES 4096  /* pairs; fewer are not worth closing */
+#define SAFE_FAR 1.0001   /* more than rounding does to a squared distance */
 #define LEAST_SINE2 1e-12 /* of two edges: below, their common normal is noise */
 
 Lists lists_create(const Surface *surface, const double *start, Arena *arena) {

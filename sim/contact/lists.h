@@ -22,15 +22,17 @@ typedef struct Points {
     const double *x; /* [m] (places x 3) */
 } Points;
 
-static inline Vec3 point_at(const Points *p, int place) { return vec3_load(p->x + 3 * (long)place); }
+static inline Vec3 point_at(const Points *p, int place) {
+    return vec3_load(p->x + 3 * (long)place);
+}
 
 typedef struct GroupPair {
-    int a, b;     /* a <= b */
-    double path;  /* [m] relative motion since it was made */
-    double limit; /* [m] path until which its pairs are complete */
-    double near;  /* [m] */
-    double speed; /* [m/s] bound of the relative speed in this step */
-    bool dense;   /* many pairs were found: the next search reaches less far */
+    int a, b;         /* a <= b */
+    double path;      /* [m] relative motion since it was made */
+    double limit;     /* [m] path until which its pairs are complete */
+    double near;      /* [m] */
+    double speed;     /* [m/s] bound of the relative speed in this step */
+    bool dense;       /* many pairs were found: the next search reaches less far */
     int begin, count; /* its pairs */
     double earliest;  /* [m] path at which the first of them must be looked at */
     long evaluated;   /* stamp at which they were looked at last */
@@ -82,11 +84,11 @@ typedef struct Lists {
     int *renumber; /* (group_pair_room) */
     int *slots;    /* hash of group pairs, for remakes */
     int slot_count;
-    double reach;  /* [m] groups farther apart are not listed */
-    double spent;  /* [m] of it used up by motion */
-    double widest; /* [m] largest `near` of any group pair */
-    Pair *pairs;   /* (pair_end) in blocks of group pairs, and holes */
-    double *due;   /* [m] (pair_end) path of the group pair at which it must be looked at */
+    double reach;    /* [m] groups farther apart are not listed */
+    double spent;    /* [m] of it used up by motion */
+    double widest;   /* [m] largest `near` of any group pair */
+    Pair *pairs;     /* (pair_end) in blocks of group pairs, and holes */
+    double *due;     /* [m] (pair_end) path of the group pair at which it must be looked at */
     Pair *old_pairs; /* the other half of a room that is used in turns */
     double *old_due;
     int pair_count, pair_end, pair_room, old_room; /* pair_count: without holes */

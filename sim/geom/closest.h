@@ -48,14 +48,16 @@ static inline int closest_on_triangle(Vec3 p, Vec3 a, Vec3 b, Vec3 c, double w[3
         return closest_hold(w, 0, 1.0 - v, v, CORNER_B | CORNER_C);
     }
     double sum = va + vb + vc;
-    return closest_hold(w, 1.0 - vb / sum - vc / sum, vb / sum, vc / sum, CORNER_A | CORNER_B | CORNER_C);
+    return closest_hold(w, 1.0 - vb / sum - vc / sum, vb / sum, vc / sum,
+                        CORNER_A | CORNER_B | CORNER_C);
 }
 
 static inline double unit_clamp(double x) { return x < 0.0 ? 0.0 : x > 1.0 ? 1.0 : x; }
 
 /* Closest points p + s (p1 - p) and q + t (q1 - q). Returns a set: bit 0 when s lies strictly
  * inside its segment, bit 1 when t does. *sine2: squared sine of the angle between them, >= 0. */
-static inline int closest_on_segments(Vec3 p, Vec3 p1, Vec3 q, Vec3 q1, double *s, double *t, double *sine2) {
+static inline int closest_on_segments(Vec3 p, Vec3 p1, Vec3 q, Vec3 q1, double *s, double *t,
+                                      double *sine2) {
     Vec3 d1 = vec3_sub(p1, p), d2 = vec3_sub(q1, q), r = vec3_sub(p, q);
     double a = vec3_dot(d1, d1), e = vec3_dot(d2, d2), b = vec3_dot(d1, d2);
     double c = vec3_dot(d1, r), f = vec3_dot(d2, r);

@@ -1,0 +1,103 @@
+/* obstacle_distance.c: how far a vertex or a triangle is from a convex solid.
+ *
+ * Vertices meet the signed distance; triangles meet edges, corners and curved sides where their
+ * nearest point lies inside an edge or the face. Each near triangle has a plane that parts it
+ * from the whole solid. */
+#include <math.h>
+
+#include "sim/contact/engine.h"
+
+static bool vec3_same(Vec3 a, Vec3 b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
+
+static Vec3 frame_apply(const Frame *f, Vec3 a) {
+    Vec3 sum = vec3_axpy(vec3_scale(a.x, f->axis[0]), a.y, f->axis[1]);
+    return vec3_axpy(sum, a.z, f->axis[2]);
+}
+
+static const VertexDistance *vertex_distance(Contact *c, const Points *x, int place, int obstacle) {
+    VertexDistance *v =
+        &c->distances[(size_t)place * (size_t)c->def->obstacle_count + (size_t)obstacle];
+    if (v->stamp != c->lists.stamp) {
+        const Frame *f = &c->frames[obstacle];
+        Vec3 d = vec3_sub(point_at(x, place), f->origin);
+        v->stamp = c->lists.stamp;
+        v->place = vec3(vec3_dot(f->axis[0], d), vec3_dot(f->axis[1], d), vec3_dot(f->axis[2], d));
+        v->distance = solid_distance(&c->def->obstacles[obstacle].solid, v->place, &v->normal);
+    }
+    return v;
+}
+
+/* what an evaluation found: nearest point and normal in the frame of the obstacle */
+static void set_touch(const Contact *c, Touch *touch, double distance, Vec3 nearest, Vec3 normal) {
+    const Frame *f = &c->frames[touch->obstacle];
+    touch->distance = distance;
+    touch->normal = frame_apply(f, normal);
+    touch->point = vec3_add(f->origin, frame_apply(f, vec3_axpy(nearest, -distance, normal)));
+}
+
+static void evaluate_vertex(Contact *c, const Points *x, Touch *touch) {
+    const VertexDistance *v = vertex_distance(c, x, touch->place[0], touch->obstacle);
+    set_touch(c, touch, v->distance, v->place, v->normal);
+}
+
+/* the exact nearest point */
+static void search_triangle(const Contact *c, Touch *touch, const VertexDistance *const v[3]) {
+    const Solid *solid = &c->def->obstacles[touch->obstacle].solid;
+    Vec3 place[3] = {v[0]->place, v[1]->place, v[2]->place};
+    Vec3 normal[3] = {v[0]->normal, v[1]->normal, v[2]->normal}, nearest = {0, 0, 0}, up;
+    double d[3] = {v[0]->distance, v[1]->distance, v[2]->distance};
+    touch->feature = solid_nearest_on_triangle(solid, place, d, normal, touch->weight);
+    for (int k = 0; k < 3; k++) {
+        nearest = vec3_axpy(nearest, touch->weight[k], place[k]);
+    }
+    double distance = solid_distance(solid, nearest, &up);
+    set_touch(c, touch, distance, nearest, up);
+}
+
+/* The distance is convex: below no tangent plane. The tangent at a corner bounds it over the
+ * triangle, and parts the triangle from the solid when it is positive on all corners. Exact
+ * points are looked for only where there may be a force. */
+static void evaluate_triangle(Contact *c, const Points *x, Touch *touch) {
+    const VertexDistance *v[3];
+    const Solid *solid = &c->def->obstacles[touch->obstacle].solid;
+    double bound = -INFINITY, dhat = c->def->vertex_distance[touch->place[0]];
+    int best = 0;
+    for (int k = 0; k < 3; k++) {
+        v[k] = vertex_distance(c, x, touch->place[k], touch->obstacle);
+    }
+    double lowest = min2(min2(v[0]->distance, v[1]->distance), v[2]->distance);
+    touch->spare = vec3_same(v[0]->normal, v[1]->normal) && vec3_same(v[1]->normal, v[2]->normal);
+    if (touch->spare) {
+        touch->distance = lowest;
+        touch->feature = 1;
+        touch->margin =
+            min2(min2(solid_flat_margin(solid, v[0]->place), solid_flat_margin(solid, v[1]->place)),
+                 solid_flat_margin(solid, v[2]->place));
+        return;
+    }
+    for (int a = 0; a < 3; a++) {
+        Vec3 p = v[a]->place, n = v[a]->normal;
+        double one = vec3_dot(n, vec3_sub(v[(a + 1) % 3]->place, p));
+        double two = vec3_dot(n, vec3_sub(v[(a + 2) % 3]->place, p));
+        double least = v[a]->distance + min2(0.0, min2(one, two));
+        best = least > bound ? a : best;
+        bound = least > bound ? least : bound;
+    }
+    if (bound < lowest - CONTACT_LEVEL * dhat && bound < dhat) {
+        search_triangle(c, touch, v);
+        return;
+    }
+    touch->feature = 1 << best;
+    touch->weight[0] = touch->weight[1] = touch->weight[2] = 0.0;
+    touch->weight[best] = 1.0;
+    set_touch(c, touch, v[best]->distance, v[best]->place, v[best]->normal);
+    touch->distance = bound;
+}
+
+void obstacle_evaluate(Contact *c, const Points *x, Touch *touch) {
+    if (touch->place[1] >= 0) {
+        evaluate_triangle(c, x, touch);
+    } else {
+        evaluate_vertex(c, x, touch);
+    }
+}
