@@ -6,6 +6,7 @@
 
 #include "sim/base/hash.h"
 #include "sim/base/parallel.h"
+#include "sim/geom/crossing.h"
 #include "sim/layout.h"
 
 SimOptions sim_options_default(void) { return (SimOptions){.threads = 1}; }
@@ -31,6 +32,35 @@ static bool refuse_meshes(const Scene *scene, Error *error) {
         }
     }
     return true;
+}
+
+/* contact keeps apart what is apart: cloth that starts crossing itself is refused */
+static bool check_start(const Sim *sim, Error *error) {
+    const System *system = &sim->system;
+    bool apart = true;
+    for (int c = 0; c < system->cloth_count && system->contact.self && apart; c++) {
+        const Cloth *cloth = &system->cloths[c];
+        const Panel *panel = &cloth->panel;
+        Arena scratch = {0};
+        int32_t *triangles = arena_push(&scratch, int32_t, 3 * panel->triangle_count);
+        for (int k = 0; k < 3 * panel->triangle_count; k++) {
+            triangles[k] = panel->triangles[k];
+        }
+        CrossingMesh mesh = {cloth->node_count, panel->triangle_count,
+                             sim->state.x + 3 * (size_t)system->first[c], triangles};
+        Crossings crossings = crossing_count_self(&mesh, &scratch);
+        if (crossings.count > 0) {
+            const double *at = panel->material + 2 * triangles[3 * crossings.first[0]];
+            const double *other = panel->material + 2 * triangles[3 * crossings.first[1]];
+            apart = error_set(error, EXIT_BAD_INPUT,
+                              "%s: cloth '%s' crosses itself at the start, first at (%.4g, %.4g) m "
+                              "and (%.4g, %.4g) m of its panel; 'solver: {self_contact: false}' "
+                              "lets it",
+                              sim->scene->path, cloth->def->name, at[0], at[1], other[0], other[1]);
+        }
+        arena_free(&scratch);
+    }
+    return apart;
 }
 
 bool sim_create(Sim *sim, const Scene *scene, const SimOptions *options, Error *error) {
@@ -64,6 +94,10 @@ bool sim_create(Sim *sim, const Scene *scene, const SimOptions *options, Error *
     sim->state = state_allocate(&sim->system, &sim->arena);
     sim->packed = arena_push(&sim->arena, double, 6 * sim->system.node_count);
     state_start(&sim->system, &sim->state);
+    if (!check_start(sim, error)) {
+        sim_destroy(sim);
+        return false;
+    }
     sim->statistics.smallest_gap = sim->total.smallest_gap = INFINITY;
     sim->statistics.smallest_self_gap = sim->total.smallest_self_gap = INFINITY;
     return true;
