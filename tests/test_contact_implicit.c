@@ -500,7 +500,9 @@ static void test_threads(void **unused) {
     }
 }
 
-int main(void) {
+int main(int argc, char **argv) {
+    (void)argc;
+    parallel_fix_environment(argv); /* threads of BLAS that spin cost more than the tests */
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_gradient),   cmocka_unit_test(test_momentum),
         cmocka_unit_test(test_definite),   cmocka_unit_test(test_clamp),

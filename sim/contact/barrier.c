@@ -238,7 +238,7 @@ static void tilt(const Solid *solid, Meeting *m, const Vec3 y[3], Vec3 up, Pose 
         return;
     }
     int corners = 0, at[3] = {0};
-    for (int k = 0; k < 3; k++) {
+    for (int k = 0; k < m->count; k++) {
         at[corners] = k;
         corners += m->weight[k] != 0.0;
     }
@@ -264,51 +264,75 @@ static void tilt(const Solid *solid, Meeting *m, const Vec3 y[3], Vec3 up, Pose 
     m->tilt = force * (solid->radius + m->distance);
 }
 
-/* edges and faces; corners are met as vertices */
+static Meeting touch_of(const Barrier *b, const Candidate *item, int count) {
+    int panel = b->clamp.near.panel_of[item->place[0]];
+    return (Meeting){.obstacle = item->obstacle,
+                     .count = count,
+                     .first = count,
+                     .dhat = item->dhat,
+                     .stiffness = stiffness_of(b, CONTACT_STIFFNESS, b->panel_mass[panel]),
+                     .friction = obstacle_friction(b, item->obstacle, item->place[0])};
+}
+
+/* one side of a triangle, from p to q: its nearest point, if that lies inside; returns the least
+ * distance of the side */
+static double find_side(Barrier *b, const Candidate *item, const Vec3 y[3], int p, int q,
+                        const double *x) {
+    const Solid *solid = &b->def->obstacles[item->obstacle].solid;
+    Pose pose = b->memory->poses[item->obstacle];
+    Vec3 side[3] = {y[p], y[q], y[q]}, up, ignored;
+    double w[3];
+    int feature, place[2] = {item->place[p], item->place[q]};
+    double d = ccd_solid_distance(solid, side, &up, w, &feature);
+    double ends =
+        fmin(solid_distance(solid, y[p], &ignored), solid_distance(solid, y[q], &ignored));
+    int low = place[0] < place[1] ? place[0] : place[1];
+    Meeting m = touch_of(b, item, 2);
+    int key[4] = {low, place[0] + place[1] - low, -1, item->obstacle};
+    memcpy(m.key, key, sizeof key);
+    if (d >= item->dhat || d >= ends - CONTACT_LEVEL * item->dhat ||
+        (b->held[place[0]] && b->held[place[1]]) || find(&b->now, key)) {
+        return d;
+    }
+    memcpy(m.place, place, sizeof place);
+    m.weight[0] = w[0], m.weight[1] = 1.0 - w[0];
+    m.distance = d;
+    m.normal = quat_rotate(pose.turn, up);
+    tilt(solid, &m, side, up, pose);
+    meet(b, &m, x);
+    return d;
+}
+
+/* Edges and faces; corners are met as vertices. Every edge has a contact of its own: only one for
+ * a triangle would jump from edge to edge where a chord lies along a cylinder or an edge. */
 static void find_triangle(Barrier *b, const Candidate *item, const double *x) {
-    const ContactDef *def = b->def;
-    const Solid *solid = &def->obstacles[item->obstacle].solid;
+    const Solid *solid = &b->def->obstacles[item->obstacle].solid;
     Pose pose = b->memory->poses[item->obstacle];
     Vec3 y[3], up;
-    double w[3];
-    int feature, low = INT32_MAX, high = -1, panel = b->clamp.near.panel_of[item->place[0]];
+    double w[3], sides = INFINITY;
+    int feature;
     bool held = true;
     for (int k = 0; k < 3; k++) {
         y[k] = pose_unapply(pose, vec3_load(x + 3 * (size_t)item->place[k]));
         held = held && b->held[item->place[k]];
     }
     double d = ccd_solid_distance(solid, y, &up, w, &feature);
-    if (d >= item->dhat || held || feature == 1 || feature == 2 || feature == 4) {
+    if (d >= item->dhat || held) {
         return;
     }
     for (int k = 0; k < 3; k++) {
-        Vec3 normal;
-        if (solid_distance(solid, y[k], &normal) <= d + CONTACT_LEVEL * item->dhat) {
-            return; /* a corner does for it */
-        }
-        if (feature & (1 << k)) {
-            low = item->place[k] < low ? item->place[k] : low;
-            high = item->place[k] > high ? item->place[k] : high;
-        }
+        sides = fmin(sides, find_side(b, item, y, k, (k + 1) % 3, x));
     }
-    Meeting m = {.key = {item->place[0], item->place[1], item->place[2], item->obstacle},
-                 .obstacle = item->obstacle,
-                 .count = 3,
-                 .first = 3,
-                 .place = {item->place[0], item->place[1], item->place[2]},
-                 .weight = {w[0], w[1], w[2]},
-                 .distance = d,
-                 .dhat = item->dhat,
-                 .stiffness = stiffness_of(b, CONTACT_STIFFNESS, b->panel_mass[panel]),
-                 .friction = obstacle_friction(b, item->obstacle, item->place[0]),
-                 .normal = quat_rotate(pose.turn, up)};
-    if (feature != 7) {
-        int key[4] = {low, high, -1, item->obstacle};
-        memcpy(m.key, key, sizeof key);
-        if (find(&b->now, key)) {
-            return;
-        }
+    if (feature != 7 || d >= sides - CONTACT_LEVEL * item->dhat) {
+        return;
     }
+    Meeting m = touch_of(b, item, 3);
+    m.key[3] = item->obstacle;
+    memcpy(m.key, item->place, 3 * sizeof *m.key);
+    memcpy(m.place, item->place, 3 * sizeof *m.place);
+    memcpy(m.weight, w, sizeof w);
+    m.distance = d;
+    m.normal = quat_rotate(pose.turn, up);
     tilt(solid, &m, y, up, pose);
     meet(b, &m, x);
 }

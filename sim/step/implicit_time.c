@@ -140,6 +140,7 @@ static NewtonReport solve(ImplicitTime *t, const System *system, const State *fr
     predict(t, system, from, dt, to->x);
     if (any_euler(t, system)) {
         params.definite = true;
+        params.plain = true; /* predicted stress is no bound where contacts come and go */
         params.min_iterations = CONTACT_LEAST_ITERATIONS;
         params.max_iterations = iterations > CONTACT_ITERATIONS ? iterations : CONTACT_ITERATIONS;
         params.longest_move = CONTACT_LONGEST_MOVE * system->size;
