@@ -229,6 +229,37 @@ void contact_shorten(Contact *c, int place, double share) {
     c->scale[place] = min2(c->scale[place], share);
 }
 
+/* ---- motion of groups ---- */
+
+static void move_group(Contact *c, ContactView view, int g) {
+    const SurfaceGroup *group = &c->surface.groups[g];
+    const int *vertices = c->surface.group_vertices;
+    Vec3 middle = contact_velocity(view, vertices[(group->vertex_begin + group->vertex_end) / 2]);
+    double most = 0.0;
+    for (int k = group->vertex_begin; k < group->vertex_end; k++) {
+        Vec3 d = vec3_sub(contact_velocity(view, vertices[k]), middle);
+        double square = vec3_dot(d, d);
+        most = square > most ? square : most;
+    }
+    c->motion[g] = (GroupMotion){middle, sqrt(most)};
+}
+
+static void move_groups(Contact *c, ContactView view) {
+    for (int g = 0; g < c->surface.group_count; g++) {
+        move_group(c, view, g);
+    }
+}
+
+/* the groups of the vertices that the guard changed */
+static void move_changed_groups(Contact *c, ContactView view) {
+    for (int k = 0; k < c->changed_count; k++) {
+        int place = c->changed[k];
+        for (int m = c->vertex_group_begin[place]; m < c->vertex_group_begin[place + 1]; m++) {
+            move_group(c, view, c->vertex_groups[m]);
+        }
+    }
+}
+
 /* ---- one interval ---- */
 
 void contact_begin(Contact *c, ContactView view, const ContactMemory *memory, double dt) {
@@ -252,10 +283,9 @@ void contact_begin(Contact *c, ContactView view, const ContactMemory *memory, do
     c->step_count = 0.0;
     c->stiffness = memory->stiffness > 0.0 ? memory->stiffness : CONTACT_SELF_STIFFNESS;
     c->shrink = memory->shrink > 0.0 ? memory->shrink : 1.0;
+    move_groups(c, view);
     if (c->def->self) {
-        self_begin(c, view, dt);
-    } else {
-        self_move_groups(c, view);
+        self_begin(c, dt);
     }
     if (o > 0) {
         obstacle_begin(c, dt);
@@ -377,10 +407,9 @@ static void settle(Contact *c) {
 
 static void guard_all(Contact *c, ContactView view, double dt) {
     bool self = c->def->self, obstacles = c->def->obstacle_count > 0;
+    move_groups(c, view);
     if (self) {
-        self_refresh(c, view, dt);
-    } else {
-        self_move_groups(c, view);
+        self_refresh(c, dt);
     }
     if (obstacles) {
         obstacle_refresh(c, dt);
@@ -400,7 +429,8 @@ static void guard_all(Contact *c, ContactView view, double dt) {
             obstacle_shorten(c, view, dt);
         }
         apply_scales(c, view);
-        again = c->changed_count > 0 && self && self_check(c, view, dt);
+        move_changed_groups(c, view);
+        again = c->changed_count > 0 && self && self_check(c, dt);
         again = (c->changed_count > 0 && obstacles && obstacle_check(c, dt)) || again;
     }
     if (again) { /* standing still is always legal */
@@ -408,7 +438,10 @@ static void guard_all(Contact *c, ContactView view, double dt) {
             contact_shorten(c, i, 0.0);
         }
         apply_scales(c, view);
-        self_move_groups(c, view);
+        move_groups(c, view);
+        if (self) {
+            self_check(c, dt);
+        }
         obstacle_check(c, dt);
     }
 }

@@ -132,23 +132,22 @@ void contact_push(Contact *c, ContactView view, int place, Vec3 force, double st
  * force. */
 Vec3 contact_friction(Vec3 *bristle, Vec3 normal, Vec3 sliding, double share_dt, double limit,
                       double kt, double mass);
-/* The index that came first with this key since contact_clear_twins, or -1: `index` is the first. */
 void contact_note_loss(Contact *c, const Loss *loss);
+/* The index that came first with this key since contact_clear_twins, or -1: `index` is the first. */
 int contact_find_twin(Contact *c, uint64_t key, int index);
 void contact_clear_twins(Contact *c, int most);
 /* Notes a motion that must shrink to `share`. */
 void contact_shorten(Contact *c, int place, double share);
 void contact_mark_changed(Contact *c, int place);
 
-/* self.c: cloth with cloth */
-void self_move_groups(Contact *c, ContactView view);
-void self_begin(Contact *c, ContactView view, double dt);
+/* self.c: cloth with cloth. c->motion must be that of the velocities of now. */
+void self_begin(Contact *c, double dt);
 void self_forces(Contact *c, ContactView view, double dt, double share);
-void self_refresh(Contact *c, ContactView view, double dt);
+void self_refresh(Contact *c, double dt);
 void self_impulses(Contact *c, ContactView view, double dt);
 void self_shorten(Contact *c, ContactView view, double dt);
 /* After the velocities were changed: looks for pairs that may now meet. True: shorten again. */
-bool self_check(Contact *c, ContactView view, double dt);
+bool self_check(Contact *c, double dt);
 void self_advance(Contact *c, double dt);
 double self_energy(Contact *c, ContactView view, double dt);
 /* [m] motion of two vertices together until something could be near; 0: something is listed */

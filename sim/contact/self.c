@@ -4,27 +4,6 @@
 
 #include "sim/contact/engine.h"
 
-/* ---- motion of groups ---- */
-
-static void move_group(Contact *c, ContactView view, int g) {
-    const SurfaceGroup *group = &c->surface.groups[g];
-    const int *vertices = c->surface.group_vertices;
-    Vec3 middle = contact_velocity(view, vertices[(group->vertex_begin + group->vertex_end) / 2]);
-    double most = 0.0;
-    for (int k = group->vertex_begin; k < group->vertex_end; k++) {
-        Vec3 d = vec3_sub(contact_velocity(view, vertices[k]), middle);
-        double square = vec3_dot(d, d);
-        most = square > most ? square : most;
-    }
-    c->motion[g] = (GroupMotion){middle, sqrt(most)};
-}
-
-void self_move_groups(Contact *c, ContactView view) {
-    for (int g = 0; g < c->surface.group_count; g++) {
-        move_group(c, view, g);
-    }
-}
-
 static double relative_speed(const Contact *c, const GroupPair *pair) {
     const GroupMotion *a = &c->motion[pair->a], *b = &c->motion[pair->b];
     return vec3_length(vec3_sub(a->velocity, b->velocity)) + a->deviation + b->deviation;
@@ -120,10 +99,9 @@ static void remake(Contact *c, double dt) {
     make_room(c);
 }
 
-void self_begin(Contact *c, ContactView view, double dt) {
+void self_begin(Contact *c, double dt) {
     Lists *l = &c->lists;
     l->stamp++;
-    self_move_groups(c, view);
     remake(c, dt);
     for (int i = 0; i < l->group_pair_count; i++) {
         l->group_pairs[i].speed = relative_speed(c, &l->group_pairs[i]);
@@ -262,9 +240,8 @@ double self_energy(Contact *c, ContactView view, double dt) {
 /* ---- guard ---- */
 
 /* with the velocities after the kick */
-void self_refresh(Contact *c, ContactView view, double dt) {
+void self_refresh(Contact *c, double dt) {
     Lists *l = &c->lists;
-    self_move_groups(c, view);
     double step = 2.0 * fastest_group(c) * dt;
     bool remade = l->spent + step > l->reach - l->widest;
     if (remade) {
@@ -351,14 +328,8 @@ void self_shorten(Contact *c, ContactView view, double dt) {
     }
 }
 
-bool self_check(Contact *c, ContactView view, double dt) {
+bool self_check(Contact *c, double dt) {
     Lists *l = &c->lists;
-    for (int k = 0; k < c->changed_count; k++) {
-        int place = c->changed[k];
-        for (int m = c->vertex_group_begin[place]; m < c->vertex_group_begin[place + 1]; m++) {
-            move_group(c, view, c->vertex_groups[m]);
-        }
-    }
     c->level_step = max2(c->level_step, 2.0 * fastest_group(c) * dt);
     bool again = false;
     for (int i = 0; i < l->group_pair_count; i++) {
