@@ -66,6 +66,11 @@ void *arena_alloc(Arena *arena, size_t bytes) {
     return memset(block, 0, padded);
 }
 
+void *arena_extend(Arena *arena, const void *old, size_t used, size_t bytes) {
+    void *block = arena_alloc(arena, bytes);
+    return used > 0 ? (memcpy(block, old, used), block) : block;
+}
+
 char *arena_strdup(Arena *arena, const char *text) {
     size_t bytes = strlen(text) + 1;
     return memcpy(arena_alloc(arena, bytes), text, bytes);

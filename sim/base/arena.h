@@ -33,8 +33,17 @@ ArenaMark arena_mark(const Arena *arena);
 void arena_rewind(Arena *arena, ArenaMark mark); /* keeps the newest chunks for reuse */
 void arena_free(Arena *arena);                   /* leaves a zeroed arena, usable again */
 
+/* A block of `bytes` that begins with the first `used` bytes of `old` (NULL when 0); the rest is
+ * zero. The old block stays behind until the arena is freed: for arrays that double. */
+void *arena_extend(Arena *arena, const void *old, size_t used, size_t bytes);
+
 /* `count` zeroed objects of `type`; a pointer is returned even for count 0. */
 #define arena_push(arena, type, count)                                                             \
     ((type *)arena_alloc((arena), sizeof(type) * (size_t)(count)))
+
+/* `room` objects of which the first `count` are those of `old`. */
+#define arena_grow(arena, type, old, count, room)                                                  \
+    ((type *)arena_extend((arena), (old), sizeof(type) * (size_t)(count),                          \
+                          sizeof(type) * (size_t)(room)))
 
 #endif

@@ -4,6 +4,7 @@
 #include <stdint.h>
 #include <string.h>
 
+#include "sim/base/hash.h"
 #include "sim/contact/ccd.h"
 #include "sim/contact/constants.h"
 #include "sim/geom/crossing.h"
@@ -43,7 +44,6 @@ struct Barrier {
     const ContactDef *def;
     Arena *arena;
     Clamp clamp;
-    double *panel_mass; /* [kg] (panel_count) mean of a node */
     Meetings now, before;
     Lumped *lumped;
     int lumped_count, lumped_room;
@@ -57,25 +57,13 @@ struct Barrier {
 Barrier *barrier_create(const ContactDef *def, Arena *arena) {
     Barrier *b = arena_push(arena, Barrier, 1);
     *b = (Barrier){.def = def, .arena = arena, .clamp = clamp_create(def, arena)};
-    b->panel_mass = arena_push(arena, double, def->panel_count);
-    for (int p = 0; p < def->panel_count; p++) {
-        const SurfacePanel *panel = &def->panels[p];
-        for (int i = panel->first; i < panel->first + panel->vertex_count; i++) {
-            b->panel_mass[p] += def->mass[i] / panel->vertex_count;
-        }
-    }
     return b;
 }
 
 /* ---- keys ---- */
 
 static unsigned slot_of(const int key[4], int slot_count) {
-    uint64_t h = 0;
-    for (int k = 0; k < 4; k++) {
-        h = (h ^ (uint32_t)key[k]) * 0x9e3779b97f4a7c15u;
-        h ^= h >> 29;
-    }
-    return (unsigned)(h & (uint64_t)(slot_count - 1));
+    return (unsigned)(hash_bytes(key, 4 * sizeof *key) & (uint64_t)(slot_count - 1));
 }
 
 static bool same_key(const int a[4], const int b[4]) { return memcmp(a, b, 4 * sizeof *a) == 0; }
@@ -111,14 +99,10 @@ static void clear(Meetings *m) {
 static Meeting *append(Barrier *b, const Meeting *meeting) {
     Meetings *m = &b->now;
     if (m->count == m->room) {
-        Meeting *old = m->items;
         m->room = m->room > 0 ? 2 * m->room : 1024;
-        m->items = arena_push(b->arena, Meeting, m->room);
+        m->items = arena_grow(b->arena, Meeting, m->items, m->count, m->room);
         m->slot_count = 2 * m->room;
         m->slots = arena_push(b->arena, int, m->slot_count);
-        if (m->count > 0) {
-            memcpy(m->items, old, (size_t)m->count * sizeof *old);
-        }
         for (int i = 0; i < m->count; i++) {
             index_meeting(m, i);
         }
@@ -265,12 +249,12 @@ static void tilt(const Solid *solid, Meeting *m, const Vec3 y[3], Vec3 up, Pose 
 }
 
 static Meeting touch_of(const Barrier *b, const Candidate *item, int count) {
-    int panel = b->clamp.near.panel_of[item->place[0]];
+    double mass = surface_panel(&b->clamp.near.surface, item->place[0])->mass;
     return (Meeting){.obstacle = item->obstacle,
                      .count = count,
                      .first = count,
                      .dhat = item->dhat,
-                     .stiffness = stiffness_of(b, CONTACT_STIFFNESS, b->panel_mass[panel]),
+                     .stiffness = stiffness_of(b, CONTACT_STIFFNESS, mass),
                      .friction = obstacle_friction(b, item->obstacle, item->place[0])};
 }
 
@@ -337,22 +321,6 @@ static void find_triangle(Barrier *b, const Candidate *item, const double *x) {
     meet(b, &m, x);
 }
 
-/* the key of a vertex-face pair that is clamped to an edge or a vertex (explicit.md 10.4) */
-static void clamped_key(const Pair *pair, int key[4]) {
-    int a = pair->place[0], low = INT32_MAX, high = -1, corners = 0;
-    for (int k = 0; k < 3; k++) {
-        if (pair->feature & (1 << k)) {
-            int p = pair->place[1 + k];
-            low = p < low ? p : low, high = p > high ? p : high;
-            corners++;
-        }
-    }
-    if (corners == 1) { /* two vertices: the same from either side */
-        high = a > low ? a : low, low = a > low ? low : a, a = NO_PLACE;
-    }
-    key[0] = a, key[1] = low, key[2] = high, key[3] = NO_PLACE;
-}
-
 static void find_pair(Barrier *b, const Candidate *item, const double *x) {
     const ContactDef *def = b->def;
     Points points = {x};
@@ -365,8 +333,8 @@ static void find_pair(Barrier *b, const Candidate *item, const double *x) {
         (pair.kind == PAIR_EDGES && pair.feature != 3)) {
         return;
     }
-    const int *panel = b->clamp.near.panel_of;
-    double mass = fmin(b->panel_mass[panel[p[0]]], b->panel_mass[panel[p[3]]]);
+    const Surface *surface = &b->clamp.near.surface;
+    double mass = fmin(surface_panel(surface, p[0])->mass, surface_panel(surface, p[3])->mass);
     Meeting m = {.key = {p[0], p[1], p[2], pair.kind == PAIR_EDGES ? -1 - p[3] : p[3]},
                  .obstacle = -1,
                  .count = 4,
@@ -379,7 +347,8 @@ static void find_pair(Barrier *b, const Candidate *item, const double *x) {
     memcpy(m.place, p, sizeof m.place);
     memcpy(m.weight, pair.weight, sizeof m.weight);
     if (pair.kind == PAIR_FACE && pair.feature != 7) {
-        clamped_key(&pair, m.key);
+        pair_twin_key(&pair, m.key);
+        m.key[3] = NO_PLACE;
         if (find(&b->now, m.key)) {
             return;
         }
@@ -463,12 +432,8 @@ static void stiffness_block(const Meeting *m, double block[9]) {
 
 static void lump(Barrier *b, int meeting, int a, int c, double factor) {
     if (b->lumped_count == b->lumped_room) {
-        Lumped *old = b->lumped;
         b->lumped_room = 2 * b->lumped_room + 1024;
-        b->lumped = arena_push(b->arena, Lumped, b->lumped_room);
-        if (b->lumped_count > 0) {
-            memcpy(b->lumped, old, (size_t)b->lumped_count * sizeof *old);
-        }
+        b->lumped = arena_grow(b->arena, Lumped, b->lumped, b->lumped_count, b->lumped_room);
     }
     b->lumped[b->lumped_count++] = (Lumped){meeting, a, c, factor};
 }

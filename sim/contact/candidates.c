@@ -7,12 +7,6 @@
 Candidates candidates_create(const ContactDef *def, Arena *arena) {
     Candidates c = {.def = def, .arena = arena};
     c.surface = surface_create(def->panels, def->panel_count, def->start, arena);
-    c.panel_of = arena_push(arena, int, def->vertex_count);
-    for (int p = 0; p < def->panel_count; p++) {
-        for (int i = 0; i < def->panels[p].vertex_count; i++) {
-            c.panel_of[def->panels[p].first + i] = p;
-        }
-    }
     c.swept = arena_push(arena, Box, def->vertex_count);
     c.cells = arena_push(arena, Box, c.surface.cell_count);
     c.distances = arena_push(arena, double, def->vertex_count);
@@ -30,12 +24,8 @@ Candidates candidates_create(const ContactDef *def, Arena *arena) {
 
 static void add(Candidates *c, Candidate item) {
     if (c->count == c->room) {
-        Candidate *old = c->items;
         c->room = 2 * c->room + 4096;
-        c->items = arena_push(c->arena, Candidate, c->room);
-        if (c->count > 0) {
-            memcpy(c->items, old, (size_t)c->count * sizeof *old);
-        }
+        c->items = arena_grow(c->arena, Candidate, c->items, c->count, c->room);
     }
     c->items[c->count++] = item;
 }
@@ -46,19 +36,12 @@ static void add(Candidates *c, Candidate item) {
 static double pair_distance(const Candidates *c, PairKind kind, const int place[4]) {
     const ContactDef *def = c->def;
     double dhat = 0.5 * (def->vertex_distance[place[0]] + def->vertex_distance[place[3]]);
-    const SurfacePanel *panel = &def->panels[c->panel_of[place[0]]];
-    if (c->panel_of[place[3]] != c->panel_of[place[0]] || panel->nu > 0) {
+    const SurfacePanel *panel = surface_panel(&c->surface, place[0]);
+    if (surface_panel(&c->surface, place[3]) != panel || panel->nu > 0) {
         return dhat;
     }
-    Vec3 rest[4];
-    for (int k = 0; k < 4; k++) {
-        const double *m = panel->material + 2 * (size_t)(place[k] - panel->first);
-        rest[k] = vec3(m[0], m[1], 0.0);
-    }
-    Points points = {&rest[0].x};
-    Pair pair = {.kind = kind, .place = {0, 1, 2, 3}};
-    pair_evaluate(&points, &pair);
-    return fmin(dhat, CONTACT_REST_SHARE * pair.distance);
+    Pair pair = {.kind = kind, .place = {place[0], place[1], place[2], place[3]}};
+    return pair_rest_limit(panel, &pair, dhat);
 }
 
 static void add_pair(Candidates *c, PairKind kind, int p, int q, int r, int s) {

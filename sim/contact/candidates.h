@@ -22,7 +22,6 @@ typedef struct Candidates {
     Arena *arena;
     Surface surface;
     BoxTree tree;
-    int *panel_of;     /* (vertex_count) */
     Box *swept;        /* (vertex_count) of a vertex */
     Box *cells;        /* (cell_count) */
     double *distances; /* [m] (vertex_count) from the obstacle at work */

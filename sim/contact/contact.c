@@ -3,8 +3,10 @@
 #include <math.h>
 #include <string.h>
 
+#include "sim/base/hash.h"
 #include "sim/contact/engine.h"
 
+#define TWIN_SPACE 4   /* places of the hash table per contact */
 #define MOST_ROUNDS 12 /* of shortening after searches; more speed needs more than one by rule */
 
 double contact_law(double d, double dhat, double k, double *force, double *curvature) {
@@ -22,10 +24,6 @@ double contact_law(double d, double dhat, double k, double *force, double *curva
     *force = k * tau * (dhat - tau) / safe;
     *curvature = k * tau * (dhat - tau) / (safe * safe);
     return k * tau * (dhat - tau) * log(tau / safe) + 0.5 * k * (dhat - tau) * (dhat - tau);
-}
-
-double contact_room(double dhat, double distance) {
-    return max2(0.0, CONTACT_PLANE_SHARE * (distance - CONTACT_PLANE_FLOOR * dhat));
 }
 
 Pose contact_pose(const ContactObstacle *obstacle, double clock) {
@@ -65,19 +63,6 @@ static void index_groups(Contact *c, Arena *arena) {
     }
 }
 
-static void weigh_panels(Contact *c, Arena *arena) {
-    const ContactDef *def = c->def;
-    c->panel_mass = arena_push(arena, double, def->panel_count);
-    c->panel_of = arena_push(arena, int, def->vertex_count);
-    for (int p = 0; p < def->panel_count; p++) {
-        const SurfacePanel *panel = &def->panels[p];
-        for (int i = panel->first; i < panel->first + panel->vertex_count; i++) {
-            c->panel_mass[p] += def->mass[i] / panel->vertex_count;
-            c->panel_of[i] = p;
-        }
-    }
-}
-
 static void create_obstacles(Contact *c, Arena *arena) {
     int n = c->def->vertex_count, o = c->def->obstacle_count;
     c->group_touches = arena_push(arena, GroupTouch, c->surface.group_count * o);
@@ -103,7 +88,6 @@ Contact *contact_create(const ContactDef *def, Arena *arena) {
     c->lists = lists_create(&c->surface, def->start, arena);
     c->motion = arena_push(arena, GroupMotion, c->surface.group_count);
     index_groups(c, arena);
-    weigh_panels(c, arena);
     c->x = arena_push(arena, double, 3 * n);
     c->stiff = arena_push(arena, double, n);
     c->touched = arena_push(arena, int, n);
@@ -144,12 +128,8 @@ void contact_push(Contact *c, ContactView view, int place, Vec3 force, double st
 
 void contact_note_loss(Contact *c, const Loss *loss) {
     if (c->loss_count == c->loss_room) {
-        Loss *old = c->losses;
         c->loss_room = 2 * c->loss_room + 256;
-        c->losses = arena_push(c->arena, Loss, c->loss_room);
-        if (c->loss_count > 0) {
-            memcpy(c->losses, old, (size_t)c->loss_count * sizeof *old);
-        }
+        c->losses = arena_grow(c->arena, Loss, c->losses, c->loss_count, c->loss_room);
     }
     c->losses[c->loss_count++] = *loss;
 }
@@ -158,11 +138,8 @@ void contact_note_loss(Contact *c, const Loss *loss) {
 static void count_losses(Contact *c, ContactView view) {
     for (int k = 0; k < c->loss_count; k++) {
         const Loss *loss = &c->losses[k];
-        Vec3 v = vec3_scale(-1.0, loss->base);
-        for (int a = 0; a < loss->count; a++) {
-            v = vec3_axpy(v, loss->weight[a], contact_velocity(view, loss->place[a]));
-        }
-        Vec3 mean = vec3_scale(0.5, vec3_add(v, loss->before));
+        Vec3 v = contact_point_velocity(view, loss->count, loss->place, loss->weight);
+        Vec3 mean = vec3_scale(0.5, vec3_add(vec3_sub(v, loss->base), loss->before));
         c->statistics.damping -= c->loss_time * vec3_dot(mean, loss->damping);
         c->statistics.friction -= c->loss_time * vec3_dot(mean, loss->friction);
     }
@@ -185,34 +162,35 @@ Vec3 contact_friction(Vec3 *bristle, Vec3 normal, Vec3 sliding, double share_dt,
 }
 
 void contact_clear_twins(Contact *c, int most) {
-    int wanted = 256;
-    while (wanted < 4 * most) {
-        wanted *= 2;
+    for (int k = 0; k < c->twin_count; k++) {
+        c->twins[c->twin_places[k]].pair = -1;
     }
-    if (wanted > c->seen_room) {
-        c->seen = arena_push(c->arena, uint64_t, wanted);
-        c->seen_pair = arena_push(c->arena, int, wanted);
-        c->seen_at = arena_push(c->arena, int, wanted);
-        c->seen_room = wanted;
-        c->seen_count = 0;
+    c->twin_count = 0;
+    if (c->twin_room >= TWIN_SPACE * most) {
+        return;
     }
-    for (int k = 0; k < c->seen_count; k++) {
-        c->seen[c->seen_at[k]] = 0;
+    c->twin_room = c->twin_room > 0 ? c->twin_room : 256;
+    while (c->twin_room < TWIN_SPACE * most) {
+        c->twin_room *= 2;
     }
-    c->seen_count = 0;
+    c->twins = arena_push(c->arena, Twin, c->twin_room);
+    c->twin_places = arena_push(c->arena, int, c->twin_room);
+    for (int k = 0; k < c->twin_room; k++) {
+        c->twins[k].pair = -1;
+    }
 }
 
-int contact_find_twin(Contact *c, uint64_t key, int index) {
-    uint64_t mask = (uint64_t)c->seen_room - 1, at = ((key + 1) * 0x9e3779b97f4a7c15ULL) >> 20;
-    for (;; at++) {
-        if (c->seen[at & mask] == 0) {
-            c->seen[at & mask] = key + 1;
-            c->seen_pair[at & mask] = index;
-            c->seen_at[c->seen_count++] = (int)(at & mask);
+int contact_find_twin(Contact *c, const int key[3], int index) {
+    uint64_t mask = (uint64_t)c->twin_room - 1;
+    for (uint64_t at = hash_bytes(key, 3 * sizeof *key);; at++) {
+        Twin *twin = &c->twins[at & mask];
+        if (twin->pair < 0) {
+            *twin = (Twin){{key[0], key[1], key[2]}, index};
+            c->twin_places[c->twin_count++] = (int)(at & mask);
             return -1;
         }
-        if (c->seen[at & mask] == key + 1) {
-            return c->seen_pair[at & mask];
+        if (memcmp(twin->key, key, sizeof twin->key) == 0) {
+            return twin->pair;
         }
     }
 }
@@ -221,6 +199,44 @@ void contact_mark_changed(Contact *c, int place) {
     if (!c->is_changed[place]) {
         c->is_changed[place] = 1;
         c->changed[c->changed_count++] = place;
+    }
+}
+
+Vec3 contact_point_velocity(ContactView view, int count, const int *place, const double *weight) {
+    Vec3 v = {0, 0, 0};
+    for (int k = 0; k < count; k++) {
+        v = vec3_axpy(v, weight[k], contact_velocity(view, place[k]));
+    }
+    return v;
+}
+
+void contact_impulse(Contact *c, ContactView view, int count, const int *place,
+                     const double *weight, Vec3 normal, double approach, double wanted) {
+    double mobility = 0.0;
+    for (int a = 0; a < count; a++) {
+        mobility += weight[a] * weight[a] * contact_mobility(c, view, place[a]);
+    }
+    if (approach >= wanted || mobility <= 0.0) {
+        return;
+    }
+    double impulse = (wanted - approach) / mobility;
+    c->statistics.impulses++;
+    c->statistics.guard += impulse * -0.5 * (wanted + approach);
+    for (int a = 0; a < count; a++) {
+        double share = impulse * weight[a] * contact_mobility(c, view, place[a]);
+        if (share != 0.0) {
+            Vec3 v = contact_velocity(view, place[a]);
+            contact_set_velocity(view, place[a], vec3_axpy(v, share, normal));
+            contact_mark_changed(c, place[a]);
+        }
+    }
+}
+
+void contact_hold_back(Contact *c, ContactView view, int place, Vec3 away, double room, double dt) {
+    double approach = -dt * vec3_dot(away, contact_velocity(view, place));
+    double most = CONTACT_PLANE_SHARE * room;
+    if (approach > 0.0 && approach > most) {
+        contact_shorten(c, place, max2(most, 0.0) / approach);
     }
 }
 
@@ -475,5 +491,5 @@ const ContactStatistics *contact_statistics(const Contact *c) { return &c->stati
 
 double contact_energy(Contact *c, ContactView view, double dt) {
     double energy = c->def->self ? self_energy(c, view, dt) : 0.0;
-    return energy + (c->def->obstacle_count > 0 ? obstacle_energy(c, view, dt) : 0.0);
+    return energy + (c->def->obstacle_count > 0 ? obstacle_energy(c, dt) : 0.0);
 }

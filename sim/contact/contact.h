@@ -85,12 +85,7 @@ Pose contact_pose(const ContactObstacle *obstacle, double clock);
 /* Energy E [J], force -dE/dd [N] and stiffness [N/m] of the law above. */
 double contact_law(double distance, double dhat, double k, double *force, double *curvature);
 
-/* ---- implicit road: see barrier.h ---- */
-
-/* [m] how far a vertex at that distance may approach in one iteration. */
-double contact_room(double dhat, double distance);
-
-/* ---- explicit road: begin, then per step: forces, kick, clear, guard, drift; end ---- */
+/* ---- explicit road (the implicit one: barrier.h): begin, then per step: forces, kick, clear, guard, drift; end ---- */
 
 /* Takes over memory and makes the lists. */
 void contact_begin(Contact *contact, ContactView view, const ContactMemory *memory, double dt);
@@ -100,16 +95,16 @@ void contact_begin(Contact *contact, ContactView view, const ContactMemory *memo
 void contact_forces(Contact *contact, ContactView view, double dt, double share, double time_end);
 /* After the kick: takes the forces of this step back out of lanes->f and lanes->weight. */
 void contact_clear(Contact *contact, ContactView view);
+bool contact_is_quiet(const Contact *contact); /* nothing is near anything */
 /* Changes velocities so that nothing crosses in x += dt v, and moves the obstacles as far as the
  * cloth lets them. `fastest` [m/s]: no vertex is faster; only looked at while contact_is_quiet. */
-bool contact_is_quiet(const Contact *contact); /* nothing is near anything */
 void contact_guard(Contact *contact, ContactView view, double dt, double fastest);
 /* Writes what the next interval needs. */
 void contact_end(const Contact *contact, ContactMemory *memory);
 
 const ContactStatistics *contact_statistics(const Contact *contact);
 
-/* [J] stored in contacts at lanes->x for a step of dt. */
+/* [J] stored in the contacts that were evaluated last, for a step of dt. */
 double contact_energy(Contact *contact, ContactView view, double dt);
 
 #endif

@@ -2,8 +2,6 @@
 #ifndef TOILE_CONTACT_ENGINE_H
 #define TOILE_CONTACT_ENGINE_H
 
-#include <stdint.h>
-
 #include "sim/base/error.h"
 #include "sim/contact/constants.h"
 #include "sim/contact/contact.h"
@@ -45,12 +43,17 @@ typedef struct Frame {
     Vec3 origin, axis[3];
 } Frame;
 
+/* A contact that several pairs may stand for, and the pair that came first. */
+typedef struct Twin {
+    int key[3], pair; /* pair < 0: a free place */
+} Twin;
+
 /* A pair that gives a force: what damping and friction do is known after the kick. */
 typedef struct Loss {
     int count, place[4];
     double weight[4];
     Vec3 damping, friction; /* [N] */
-    Vec3 base;              /* [m/s] velocity of the obstacle; added to what is subtracted */
+    Vec3 base;              /* [m/s] velocity of the obstacle */
     Vec3 before;            /* [m/s] relative velocity before the kick */
 } Loss;
 
@@ -67,10 +70,9 @@ struct Contact {
     int wanted_room;
     int *due_pairs; /* pairs evaluated in this step */
     int due_count, due_room;
-    uint64_t *seen; /* hash set of contacts that already gave a force */
-    int seen_room;
-    int *seen_pair, *seen_at; /* what it holds, and where it holds anything */
-    int seen_count;
+    Twin *twins; /* (twin_room) hash table of contacts that already gave a force */
+    int twin_room, twin_count;
+    int *twin_places; /* (twin_count) used places of the table */
     double *stiff; /* [N/m] (vertex_count) sum of contact stiffness, see CONTACT_STABLE_SHARE */
     int *touched;  /* vertices with forces in this step */
     unsigned char *is_touched;
@@ -86,8 +88,6 @@ struct Contact {
     int changed_count;
     double level_step;   /* [m] how much nearer any two groups come in this step, at most */
     double *weight_kept; /* [1/kg] (vertex_count) lanes weight without contact */
-    double *panel_mass;  /* [kg] (panel_count) mean of a node */
-    int *panel_of;       /* (vertex_count) */
     /* obstacles */
     GroupTouch *group_touches; /* (group_count x obstacle_count) */
     Touch *touches;
@@ -134,8 +134,16 @@ Vec3 contact_friction(Vec3 *bristle, Vec3 normal, Vec3 sliding, double share_dt,
                       double kt, double mass);
 void contact_note_loss(Contact *c, const Loss *loss);
 /* The index that came first with this key since contact_clear_twins, or -1: `index` is the first. */
-int contact_find_twin(Contact *c, uint64_t key, int index);
-void contact_clear_twins(Contact *c, int most);
+int contact_find_twin(Contact *c, const int key[3], int index);
+void contact_clear_twins(Contact *c, int most); /* and makes room for so many */
+/* Velocity of the point with these weights. */
+Vec3 contact_point_velocity(ContactView view, int count, const int *place, const double *weight);
+/* Inelastic: lifts the normal velocity of that point from `approach` to `wanted` [m/s]; nothing
+ * when it is higher. Keeps the gap out of the steep part of the law. */
+void contact_impulse(Contact *c, ContactView view, int count, const int *place,
+                     const double *weight, Vec3 normal, double approach, double wanted);
+/* A vertex uses at most a share of the room [m] that it has over a plane with normal `away`. */
+void contact_hold_back(Contact *c, ContactView view, int place, Vec3 away, double room, double dt);
 /* Notes a motion that must shrink to `share`. */
 void contact_shorten(Contact *c, int place, double share);
 void contact_mark_changed(Contact *c, int place);
@@ -166,7 +174,7 @@ void obstacle_shorten(Contact *c, ContactView view, double dt);
 void obstacle_move(Contact *c, ContactView view, double dt);
 void obstacle_advance(Contact *c, double dt);
 bool obstacle_check(Contact *c, double dt);
-double obstacle_energy(const Contact *c, ContactView view, double dt);
+double obstacle_energy(const Contact *c, double dt);
 double obstacle_room(const Contact *c);
 void obstacle_restore(Contact *c, int first); /* kept bristles to the touches from `first` on */
 int obstacle_remember(const Contact *c, PairMemory *memory, int room);

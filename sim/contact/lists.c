@@ -4,6 +4,7 @@
 #include <stdint.h>
 #include <string.h>
 
+#include "sim/base/hash.h"
 #include "sim/contact/constants.h"
 
 #define TRIM_BINS 32      /* of distance, to choose a slack */
@@ -28,30 +29,7 @@ Lists lists_create(const Surface *surface, const double *start, Arena *arena) {
     return l;
 }
 
-/* a larger block with the same beginning; the old one stays behind in the arena */
-static void *grown(Arena *arena, const void *old, size_t used, size_t bytes) {
-    void *block = arena_alloc(arena, bytes);
-    if (used > 0) {
-        memcpy(block, old, used);
-    }
-    return block;
-}
-
 /* ---- bristles between lists ---- */
-
-static uint64_t mix(uint64_t h) {
-    h ^= h >> 33;
-    h *= 0xff51afd7ed558ccdULL;
-    return h ^ (h >> 29);
-}
-
-static uint64_t key_hash(const int place[4]) {
-    uint64_t h = 0;
-    for (int k = 0; k < 4; k++) {
-        h = mix(h * 0x9e3779b97f4a7c15ULL + (uint32_t)place[k]);
-    }
-    return h;
-}
 
 static void key_of(const Pair *pair, int key[4]) {
     memcpy(key, pair->place, 4 * sizeof *key);
@@ -61,7 +39,7 @@ static void key_of(const Pair *pair, int key[4]) {
 /* where a key is, or the free place for it; place[0] < 0 is free */
 static PairMemory *kept_at(const Lists *l, const int key[4]) {
     uint64_t mask = (uint64_t)l->kept_room - 1;
-    for (uint64_t i = key_hash(key);; i++) {
+    for (uint64_t i = hash_bytes(key, 4 * sizeof *key);; i++) {
         PairMemory *m = &l->kept[i & mask];
         if (m->place[0] < 0 || memcmp(m->place, key, sizeof m->place) == 0) {
             return m;
@@ -124,7 +102,6 @@ void lists_clear(Lists *l, const PairMemory *memory, int memory_count) {
     l->group_pair_count = l->pair_count = l->pair_end = 0;
     l->reach = l->spent = 0.0;
     l->stamp++;
-    l->statistics = (ListsStatistics){0};
     kept_empty(l);
     for (int i = 0; i < memory_count; i++) {
         keep(l, &memory[i]);
@@ -192,7 +169,10 @@ static void bound_group(Lists *l, const Points *x, int g) {
     }
 }
 
-static uint64_t pair_key(int a, int b) { return mix(((uint64_t)(uint32_t)a << 32) | (uint32_t)b); }
+static uint64_t pair_hash(int a, int b) {
+    int key[2] = {a, b};
+    return hash_bytes(key, sizeof key);
+}
 
 static void add_group_pair(int a, int b, void *context) {
     Lists *l = context;
@@ -200,14 +180,10 @@ static void add_group_pair(int a, int b, void *context) {
         return;
     }
     if (l->group_pair_count == l->group_pair_room) {
-        size_t used = (size_t)l->group_pair_count * sizeof(GroupPair);
-        int room = 2 * l->group_pair_room + 4 * l->surface->group_count + 64;
-        size_t bytes = (size_t)room * sizeof(GroupPair);
-        l->group_pairs = grown(l->arena, l->group_pairs, used, bytes);
-        l->old_group_pairs = grown(l->arena, l->old_group_pairs,
-                                   (size_t)l->group_pair_room * sizeof(GroupPair), bytes);
-        l->renumber = grown(l->arena, l->renumber, (size_t)l->group_pair_room * sizeof(int),
-                            (size_t)room * sizeof(int));
+        int old = l->group_pair_room, room = 2 * old + 4 * l->surface->group_count + 64;
+        l->group_pairs = arena_grow(l->arena, GroupPair, l->group_pairs, old, room);
+        l->old_group_pairs = arena_grow(l->arena, GroupPair, l->old_group_pairs, old, room);
+        l->renumber = arena_grow(l->arena, int, l->renumber, old, room);
         l->group_pair_room = room;
     }
     l->group_pairs[l->group_pair_count++] = (GroupPair){.a = a, .b = b, .limit = -1.0};
@@ -225,7 +201,7 @@ static void index_old(Lists *l, int count) {
     }
     memset(l->slots, 0, (size_t)l->slot_count * sizeof *l->slots);
     for (int i = 0; i < count; i++) {
-        uint64_t at = pair_key(l->old_group_pairs[i].a, l->old_group_pairs[i].b);
+        uint64_t at = pair_hash(l->old_group_pairs[i].a, l->old_group_pairs[i].b);
         while (l->slots[at & ((uint64_t)l->slot_count - 1)]) {
             at++;
         }
@@ -234,7 +210,7 @@ static void index_old(Lists *l, int count) {
 }
 
 static int find_old(const Lists *l, int a, int b) {
-    for (uint64_t at = pair_key(a, b);; at++) {
+    for (uint64_t at = pair_hash(a, b);; at++) {
         int i = l->slots[at & ((uint64_t)l->slot_count - 1)] - 1;
         if (i < 0 || (l->old_group_pairs[i].a == a && l->old_group_pairs[i].b == b)) {
             return i;
@@ -247,7 +223,6 @@ void lists_remake(Lists *l, const Points *x, double least_reach) {
     GroupPair *old = l->group_pairs;
     l->group_pairs = l->old_group_pairs, l->old_group_pairs = old;
     l->group_pair_count = 0;
-    l->statistics.remakes++;
     double size = 0.0;
     for (int g = 0; g < groups; g++) {
         bound_group(l, x, g);
@@ -358,25 +333,8 @@ typedef struct Search {
     Lists *lists;
     const Points *x;
     double path, reach, near, dhat;
-    bool one_panel; /* and not a lattice: neighbours may be nearer than dhat at rest */
-    const double *material;
-    int first;
+    const SurfacePanel *scattered; /* of both, or NULL: neighbours may be nearer than dhat at rest */
 } Search;
-
-/* neighbours on scattered nodes: the contact distance is at most half of that at rest */
-static double rest_limited(const Search *s, const Pair *pair) {
-    double flat[12] = {0};
-    for (int k = 0; k < 4; k++) {
-        memcpy(flat + 3 * k, s->material + 2 * (size_t)(pair->place[k] - s->first),
-               2 * sizeof(double));
-    }
-    int places[4] = {0, 1, 2, 3};
-    Pair rest = {.kind = pair->kind};
-    memcpy(rest.place, places, sizeof places);
-    Points points = {flat};
-    pair_evaluate(&points, &rest);
-    return min2(s->dhat, 0.5 * rest.distance);
-}
 
 /* are the parallel planes that hold the two features farther apart than the reach? Cheaper than
  * the distance, of which theirs is a lower bound. */
@@ -393,9 +351,8 @@ static inline bool planes_far(const Search *s, PairKind kind, const int place[4]
 
 static void make_pair_room(Lists *l) {
     int room = 2 * l->pair_room + 1024;
-    size_t used = (size_t)l->pair_end;
-    l->pairs = grown(l->arena, l->pairs, used * sizeof *l->pairs, (size_t)room * sizeof *l->pairs);
-    l->due = grown(l->arena, l->due, used * sizeof *l->due, (size_t)room * sizeof *l->due);
+    l->pairs = arena_grow(l->arena, Pair, l->pairs, l->pair_end, room);
+    l->due = arena_grow(l->arena, double, l->due, l->pair_end, room);
     l->pair_room = room;
 }
 
@@ -414,8 +371,8 @@ static void add_pair(const Search *s, PairKind kind, int a, int b, int c, int d)
     if (pair->distance > s->reach) {
         return;
     }
-    if (s->one_panel) {
-        pair->dhat = rest_limited(s, pair);
+    if (s->scattered) {
+        pair->dhat = pair_rest_limit(s->scattered, pair, s->dhat);
     }
     if (l->kept_count > 0) {
         int key[4];
@@ -550,7 +507,6 @@ static void query_one(Lists *l, const Points *x, int index, double dt) {
         pair->limit = pair->path + apart - pair->near;
         return;
     }
-    l->statistics.queries++;
     double longest = pair->dense ? slack : max2(slack, min2(most, CONTACT_LONG_SLACK_STEPS * step));
     Search search = {.lists = l,
                      .x = x,
@@ -558,9 +514,7 @@ static void query_one(Lists *l, const Points *x, int index, double dt) {
                      .reach = pair->near + longest,
                      .near = pair->near,
                      .dhat = dhat,
-                     .one_panel = a->panel == b->panel && of_a->nu == 0,
-                     .material = of_a->material,
-                     .first = of_a->first};
+                     .scattered = a->panel == b->panel && of_a->nu == 0 ? of_a : NULL};
     pair->begin = l->pair_end;
     search_pair(&search, pair);
     pair->dense = l->pair_end - pair->begin > CONTACT_FEW_PAIRS;

@@ -68,10 +68,6 @@ typedef struct GroupBounds {
     long boxed, graded; /* stamp of the positions that they belong to */
 } GroupBounds;
 
-typedef struct ListsStatistics {
-    double remakes, queries, pairs;
-} ListsStatistics;
-
 typedef struct Lists {
     const Surface *surface;
     Arena *arena;
@@ -94,7 +90,6 @@ typedef struct Lists {
     int pair_count, pair_end, pair_room, old_room; /* pair_count: without holes */
     PairMemory *kept; /* bristles of pairs that were dropped, as a hash table */
     int kept_count, kept_room;
-    ListsStatistics statistics;
 } Lists;
 
 Lists lists_create(const Surface *surface, const double *start, Arena *arena);
@@ -114,6 +109,17 @@ void pair_evaluate(const Points *points, Pair *pair);
 /* [m] a lower bound of the distance, from the normal of the last evaluation: cheap, and tight
  * while the pair has not turned. */
 double pair_bound(const Points *points, const Pair *pair);
+
+/* A vertex-face pair that is clamped to an edge or a vertex stands for a contact that other pairs
+ * may stand for too (explicit.md 10.4). The contact's key: the vertex and the two ends of the edge
+ * (low, high), or -1 and two vertices, the same from either side. */
+void pair_twin_key(const Pair *pair, int key[3]);
+
+/* Least and largest of the corners in a feature (closest.h); returns how many it has. */
+int feature_ends(int feature, const int corner[3], int *low, int *high);
+
+/* [m] contact distance of neighbours: on scattered nodes less than they are apart at rest. */
+double pair_rest_limit(const SurfacePanel *panel, const Pair *pair, double dhat);
 
 /* Copies stretched bristles out; returns their number, at most `room`. */
 int lists_remember(const Lists *lists, PairMemory *memory, int room);

@@ -16,20 +16,13 @@ static void touch_key(const Touch *touch, int key[4]) {
 }
 
 static void add_touch(Contact *c, const Touch *touch, double due) {
-    if (c->touch_count == c->touch_room) {
-        Touch *old = c->touches;
-        double *old_due = c->touch_due;
-        int *old_owner = c->touch_owner;
+    int count = c->touch_count;
+    if (count == c->touch_room) {
         c->touch_room = 2 * c->touch_room + 1024;
-        c->touches = arena_push(c->arena, Touch, c->touch_room);
-        c->touch_due = arena_push(c->arena, double, c->touch_room);
-        c->touch_owner = arena_push(c->arena, int, c->touch_room);
-        c->due_touches = arena_push(c->arena, int, c->touch_room);
-        if (c->touch_count > 0) {
-            memcpy(c->touches, old, (size_t)c->touch_count * sizeof *old);
-            memcpy(c->touch_due, old_due, (size_t)c->touch_count * sizeof *old_due);
-            memcpy(c->touch_owner, old_owner, (size_t)c->touch_count * sizeof *old_owner);
-        }
+        c->touches = arena_grow(c->arena, Touch, c->touches, count, c->touch_room);
+        c->touch_due = arena_grow(c->arena, double, c->touch_due, count, c->touch_room);
+        c->touch_owner = arena_grow(c->arena, int, c->touch_owner, count, c->touch_room);
+        c->due_touches = arena_push(c->arena, int, c->touch_room); /* an evaluation follows */
     }
     c->touches[c->touch_count] = *touch;
     c->touch_owner[c->touch_count] = touch->owner;
@@ -246,21 +239,22 @@ static double reach_beyond(const Contact *c, const Touch *touch) {
 
 static int corner_count(const Touch *touch) { return touch->place[1] < 0 ? 1 : 3; }
 
+/* is the nearest point of a triangle one of its corners, which are met as vertices? */
+static bool at_corner(const Touch *touch) {
+    return touch->feature == 1 || touch->feature == 2 || touch->feature == 4;
+}
+
 static double touch_distance(const Contact *c, const Touch *touch) {
     return c->def->vertex_distance[touch->place[0]];
 }
 
 static double touch_mass(const Contact *c, const Touch *touch) {
     return touch->place[1] < 0 ? c->def->mass[touch->place[0]]
-                               : c->panel_mass[c->panel_of[touch->place[0]]];
+                               : surface_panel(&c->surface, touch->place[0])->mass;
 }
 
 static Vec3 touch_velocity(ContactView view, const Touch *touch) {
-    Vec3 v = {0, 0, 0};
-    for (int k = 0; k < corner_count(touch); k++) {
-        v = vec3_axpy(v, touch->weight[k], contact_velocity(view, touch->place[k]));
-    }
-    return v;
+    return contact_point_velocity(view, corner_count(touch), touch->place, touch->weight);
 }
 
 static double touch_friction(const Contact *c, const Touch *touch) {
@@ -336,15 +330,11 @@ static void evaluate(Contact *c) {
     c->statistics.pairs += c->touch_count;
 }
 
-static uint64_t edge_key(const Touch *touch) {
-    uint64_t low = UINT32_MAX, high = 0;
-    for (int k = 0; k < 3; k++) {
-        if (touch->feature & (1 << k)) {
-            uint64_t p = (uint64_t)touch->place[k];
-            low = p < low ? p : low, high = p > high ? p : high;
-        }
-    }
-    return ((uint64_t)touch->obstacle << 42) | (low << 21) | high;
+/* the touch that already stands for the same edge, or -1 */
+static int find_twin(Contact *c, const Touch *touch, int index) {
+    int key[3] = {touch->obstacle};
+    feature_ends(touch->feature, touch->place, &key[1], &key[2]);
+    return contact_find_twin(c, key, index);
 }
 
 static bool all_held(ContactView view, const Touch *touch) {
@@ -362,15 +352,14 @@ void obstacle_forces(Contact *c, ContactView view, double dt, double share) {
     for (int k = 0; k < c->due_touch_count; k++) {
         Touch *touch = &c->touches[c->due_touches[k]];
         bool vertex = touch->place[1] < 0;
-        bool corner = touch->feature == 1 || touch->feature == 2 || touch->feature == 4;
         c->statistics.smallest_gap = min2(c->statistics.smallest_gap, touch->distance);
         if (touch->distance >= touch_distance(c, touch) || all_held(view, touch) ||
-            (!vertex && corner)) {
+            (!vertex && at_corner(touch))) {
             forget(c, touch);
             continue;
         }
         bool edge = !vertex && touch->feature != 7;
-        int twin = edge ? contact_find_twin(c, edge_key(touch), c->due_touches[k]) : -1;
+        int twin = edge ? find_twin(c, touch, c->due_touches[k]) : -1;
         if (twin >= 0) {
             touch->bristle = c->touches[twin].bristle;
             continue;
@@ -381,19 +370,27 @@ void obstacle_forces(Contact *c, ContactView view, double dt, double share) {
 
 /* ---- guard ---- */
 
-void obstacle_refresh(Contact *c, double dt) {
+/* speeds of all groups; returns the largest share of its `near` that one can use up in dt */
+static double take_speeds(Contact *c, double dt) {
     int obstacles = c->def->obstacle_count;
+    double most = 0.0;
     for (int i = 0; i < c->surface.group_count * obstacles; i++) {
         const GroupMotion *motion = &c->motion[i / obstacles];
-        c->group_touches[i].speed =
+        GroupTouch *group = &c->group_touches[i];
+        group->speed =
             vec3_length(motion->velocity) + motion->deviation + c->obstacle_speed[i % obstacles];
+        most = max2(most, group->speed * dt / group->near);
     }
+    return most;
+}
+
+void obstacle_refresh(Contact *c, double dt) {
+    take_speeds(c, dt);
     if (search(c, false, dt)) {
         evaluate(c);
     }
 }
 
-/* inelastic impulse that keeps the gap out of the steep part of the law */
 void obstacle_impulses(Contact *c, ContactView view, double dt) {
     for (int k = 0; k < c->due_touch_count; k++) {
         const Touch *touch = &c->touches[c->due_touches[k]];
@@ -401,25 +398,8 @@ void obstacle_impulses(Contact *c, ContactView view, double dt) {
         Vec3 v = vec3_sub(touch_velocity(view, touch), point_velocity(c, touch, dt));
         double vn = vec3_dot(v, touch->normal);
         double least = touch->distance > floor ? (floor - touch->distance) / dt : 0.0;
-        double mobility = 0.0;
-        for (int a = 0; a < corner_count(touch); a++) {
-            double w = touch->weight[a];
-            mobility += w * w * contact_mobility(c, view, touch->place[a]);
-        }
-        if (vn >= least || mobility <= 0.0) {
-            continue;
-        }
-        double impulse = (least - vn) / mobility;
-        c->statistics.impulses++;
-        c->statistics.guard += impulse * -0.5 * (least + vn);
-        for (int a = 0; a < corner_count(touch); a++) {
-            double share = impulse * touch->weight[a] * contact_mobility(c, view, touch->place[a]);
-            if (share != 0.0) {
-                Vec3 now = contact_velocity(view, touch->place[a]);
-                contact_set_velocity(view, touch->place[a], vec3_axpy(now, share, touch->normal));
-                contact_mark_changed(c, touch->place[a]);
-            }
-        }
+        contact_impulse(c, view, corner_count(touch), touch->place, touch->weight, touch->normal,
+                        vn, least);
     }
 }
 
@@ -431,16 +411,9 @@ void obstacle_shorten(Contact *c, ContactView view, double dt) {
         double reserve = max2(0.0, min2(reach_beyond(c, touch), 0.5 * touch->distance));
         double floor = reserve + CONTACT_PLANE_FLOOR * touch_distance(c, touch);
         for (int a = 0; a < corner_count(touch); a++) {
-            int place = touch->place[a];
-            double approach = -dt * vec3_dot(contact_velocity(view, place), touch->normal);
-            if (approach <= 0.0) {
-                continue;
-            }
-            double height = vec3_dot(touch->normal, vec3_sub(point_at(&x, place), touch->point));
-            double room = CONTACT_PLANE_SHARE * (height - floor);
-            if (approach > room) {
-                contact_shorten(c, place, max2(room, 0.0) / approach);
-            }
+            Vec3 over = vec3_sub(point_at(&x, touch->place[a]), touch->point);
+            double height = vec3_dot(touch->normal, over);
+            contact_hold_back(c, view, touch->place[a], touch->normal, height - floor, dt);
         }
     }
 }
@@ -482,15 +455,7 @@ void obstacle_move(Contact *c, ContactView view, double dt) {
 }
 
 bool obstacle_check(Contact *c, double dt) {
-    int obstacles = c->def->obstacle_count;
-    bool again = false;
-    for (int i = 0; i < c->surface.group_count * obstacles; i++) {
-        const GroupMotion *motion = &c->motion[i / obstacles];
-        GroupTouch *group = &c->group_touches[i];
-        group->speed =
-            vec3_length(motion->velocity) + motion->deviation + c->obstacle_speed[i % obstacles];
-        again = again || group->speed * dt > CONTACT_PLANE_SHARE * group->near;
-    }
+    bool again = take_speeds(c, dt) > CONTACT_PLANE_SHARE;
     if (again && search(c, false, dt)) {
         evaluate(c);
     }
@@ -503,15 +468,13 @@ void obstacle_advance(Contact *c, double dt) {
     }
 }
 
-double obstacle_energy(const Contact *c, ContactView view, double dt) {
+double obstacle_energy(const Contact *c, double dt) {
     double energy = 0.0;
-    (void)view;
     for (int t = 0; t < c->touch_count; t++) {
         const Touch *touch = &c->touches[t];
         bool vertex = touch->place[1] < 0;
-        bool corner = touch->feature == 1 || touch->feature == 2 || touch->feature == 4;
         double force, curvature, k = CONTACT_STIFFNESS * touch_mass(c, touch) / (dt * dt);
-        if (c->group_touches[c->touch_owner[t]].path >= c->touch_due[t] && (vertex || !corner)) {
+        if (c->group_touches[c->touch_owner[t]].path >= c->touch_due[t] && (vertex || !at_corner(touch))) {
             double share = vertex || touch->feature == 7 ? 1.0 : 0.5;
             energy += share *
                       contact_law(touch->distance, touch_distance(c, touch), k, &force, &curvature);

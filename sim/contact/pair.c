@@ -1,4 +1,7 @@
 /* pair.c: closest points of vertex and triangle, edge and edge. */
+#include <limits.h>
+#include <string.h>
+
 #include "sim/contact/constants.h"
 #include "sim/contact/lists.h"
 #include "sim/geom/closest.h"
@@ -38,4 +41,37 @@ double pair_bound(const Points *points, const Pair *pair) {
     }
     return pair->kind == PAIR_FACE ? height[0] - max2(max2(height[1], height[2]), height[3])
                                    : min2(height[0], height[1]) - max2(height[2], height[3]);
+}
+
+int feature_ends(int feature, const int corner[3], int *low, int *high) {
+    int count = 0;
+    *low = INT_MAX, *high = -1;
+    for (int k = 0; k < 3; k++) {
+        if (feature & (1 << k)) {
+            *low = corner[k] < *low ? corner[k] : *low;
+            *high = corner[k] > *high ? corner[k] : *high;
+            count++;
+        }
+    }
+    return count;
+}
+
+void pair_twin_key(const Pair *pair, int key[3]) {
+    int low, high, vertex = pair->place[0];
+    if (feature_ends(pair->feature, pair->place + 1, &low, &high) == 1) {
+        high = vertex > low ? vertex : low, low = vertex > low ? low : vertex, vertex = -1;
+    }
+    key[0] = vertex, key[1] = low, key[2] = high;
+}
+
+double pair_rest_limit(const SurfacePanel *panel, const Pair *pair, double dhat) {
+    double flat[12] = {0};
+    for (int k = 0; k < 4; k++) {
+        memcpy(flat + 3 * k, panel->material + 2 * (size_t)(pair->place[k] - panel->first),
+               2 * sizeof(double));
+    }
+    Points points = {flat};
+    Pair rest = {.kind = pair->kind, .place = {0, 1, 2, 3}};
+    pair_evaluate(&points, &rest);
+    return min2(dhat, CONTACT_REST_SHARE * rest.distance);
 }

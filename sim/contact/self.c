@@ -113,9 +113,8 @@ void self_begin(Contact *c, double dt) {
 /* ---- forces ---- */
 
 static double pair_mass(const Contact *c, const Pair *pair) {
-    double a = c->panel_mass[c->panel_of[pair->place[0]]];
-    double b = c->panel_mass[c->panel_of[pair->place[3]]];
-    return a < b ? a : b;
+    return min2(surface_panel(&c->surface, pair->place[0])->mass,
+                surface_panel(&c->surface, pair->place[3])->mass);
 }
 
 static double pair_stiffness(const Contact *c, const Pair *pair, double dt) {
@@ -127,29 +126,7 @@ static double pair_friction(const Contact *c, const Pair *pair) {
 }
 
 static Vec3 pair_velocity(ContactView view, const Pair *pair) {
-    Vec3 v = {0, 0, 0};
-    for (int k = 0; k < 4; k++) {
-        v = vec3_axpy(v, pair->weight[k], contact_velocity(view, pair->place[k]));
-    }
-    return v;
-}
-
-/* an edge-edge pair counts when both points lie inside their edges; a vertex-triangle pair
- * always, but once for every vertex or edge of the other side (explicit.md 10.4) */
-static uint64_t contact_key(const Pair *pair) {
-    uint64_t a = (uint64_t)pair->place[0], low = UINT32_MAX, high = 0;
-    int corners = 0;
-    for (int k = 0; k < 3; k++) {
-        if (pair->feature & (1 << k)) {
-            uint64_t p = (uint64_t)pair->place[1 + k];
-            low = p < low ? p : low, high = p > high ? p : high;
-            corners++;
-        }
-    }
-    if (corners == 1) { /* two vertices: the same from either side */
-        high = a > low ? a : low, low = a > low ? low : a, a = 0x1fffff;
-    }
-    return (a << 42) | (low << 21) | high;
+    return contact_point_velocity(view, 4, pair->place, pair->weight);
 }
 
 static void push_pair(Contact *c, ContactView view, Pair *pair, double dt, double share) {
@@ -185,7 +162,8 @@ static bool all_held(ContactView view, const Pair *pair) {
            view.held[pair->place[3]];
 }
 
-/* does the pair give a force? If another pair stands for it, its bristle is that pair's */
+/* Does the pair give a force? An edge-edge pair when both points lie inside their edges; a
+ * vertex-triangle pair always, but once for every vertex or edge of the other side. If another pair stands for it, its bristle is that pair's */
 static bool is_active(Contact *c, ContactView view, int p) {
     Pair *pair = &c->lists.pairs[p];
     if (pair->distance >= pair->dhat || all_held(view, pair) ||
@@ -193,8 +171,12 @@ static bool is_active(Contact *c, ContactView view, int p) {
         pair->bristle = vec3(0, 0, 0);
         return false;
     }
-    bool clamped = pair->kind == PAIR_FACE && pair->feature != 7;
-    int twin = clamped ? contact_find_twin(c, contact_key(pair), p) : -1;
+    if (pair->kind == PAIR_EDGES || pair->feature == 7) {
+        return true;
+    }
+    int key[3];
+    pair_twin_key(pair, key);
+    int twin = contact_find_twin(c, key, p);
     if (twin >= 0) {
         pair->bristle = c->lists.pairs[twin].bristle; /* whichever is first after a search */
     }
@@ -265,28 +247,7 @@ static void pair_impulse(Contact *c, ContactView view, const Pair *pair, double 
     double floor = CONTACT_IMPULSE_GAP * pair->dhat;
     double vn = vec3_dot(pair_velocity(view, pair), pair->normal);
     double least = pair->distance > floor ? (floor - pair->distance) / dt : 0.0;
-    if (vn >= least) {
-        return;
-    }
-    double mobility = 0.0;
-    for (int a = 0; a < 4; a++) {
-        double w = pair->weight[a];
-        mobility += w * w * contact_mobility(c, view, pair->place[a]);
-    }
-    if (mobility <= 0.0) {
-        return;
-    }
-    double impulse = (least - vn) / mobility;
-    c->statistics.impulses++;
-    c->statistics.guard += impulse * -0.5 * (least + vn);
-    for (int a = 0; a < 4; a++) {
-        double share = impulse * pair->weight[a] * contact_mobility(c, view, pair->place[a]);
-        if (share != 0.0) {
-            Vec3 v = contact_velocity(view, pair->place[a]);
-            contact_set_velocity(view, pair->place[a], vec3_axpy(v, share, pair->normal));
-            contact_mark_changed(c, pair->place[a]);
-        }
-    }
+    contact_impulse(c, view, 4, pair->place, pair->weight, pair->normal, vn, least);
 }
 
 void self_impulses(Contact *c, ContactView view, double dt) {
@@ -308,16 +269,10 @@ static void pair_shorten(Contact *c, ContactView view, const Points *x, const Pa
     }
     middle = vec3_axpy(middle, -0.5 * pair->distance, n);
     for (int a = 0; a < 4; a++) {
-        double side = a < first ? 1.0 : -1.0;
-        double approach = -side * dt * vec3_dot(n, contact_velocity(view, pair->place[a]));
-        if (approach <= 0.0) {
-            continue;
-        }
-        double height = side * vec3_dot(n, vec3_sub(point_at(x, pair->place[a]), middle));
-        double room = CONTACT_PLANE_SHARE * (height - CONTACT_MIDDLE_FLOOR * pair->dhat);
-        if (approach > room) {
-            contact_shorten(c, pair->place[a], max2(room, 0.0) / approach);
-        }
+        Vec3 away = vec3_scale(a < first ? 1.0 : -1.0, n);
+        double height = vec3_dot(away, vec3_sub(point_at(x, pair->place[a]), middle));
+        contact_hold_back(c, view, pair->place[a], away,
+                          height - CONTACT_MIDDLE_FLOOR * pair->dhat, dt);
     }
 }
 

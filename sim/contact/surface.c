@@ -241,8 +241,12 @@ Surface surface_create(const SurfacePanel *panels, int panel_count, const double
         places = end > places ? end : places;
         s.triangle_count += panels[p].triangle_count;
     }
+    s.panel_of = arena_push(arena, int, places);
     s.triangles = arena_push(arena, int, 3 * s.triangle_count);
     for (int p = 0; p < panel_count; p++) {
+        for (int i = 0; i < panels[p].vertex_count; i++) {
+            s.panel_of[panels[p].first + i] = p;
+        }
         for (int k = 0; k < 3 * panels[p].triangle_count; k++) {
             s.triangles[at++] = panels[p].first + panels[p].triangles[k];
         }

@@ -25,6 +25,7 @@ typedef struct SurfacePanel {
     bool wrap;              /* u runs around */
     double h1, h2;          /* [m] spacing */
     double distance;        /* [m] contact distance of this cloth */
+    double mass;            /* [kg] mean of a vertex */
 } SurfacePanel;
 
 typedef struct SurfaceCell {
@@ -50,12 +51,17 @@ typedef struct Surface {
     SurfaceGroup *groups;
     int *group_vertices;
     int *first_group; /* (panel_count + 1) */
+    int *panel_of;    /* (places) */
     int *blocks;      /* (panel_count x 2) groups along u, v of a lattice; 0 elsewhere */
 } Surface;
 
 /* start: [m] (places x 3); panels stay borrowed. */
 Surface surface_create(const SurfacePanel *panels, int panel_count, const double *start,
                        Arena *arena);
+
+static inline const SurfacePanel *surface_panel(const Surface *surface, int place) {
+    return &surface->panels[surface->panel_of[place]];
+}
 
 /* [m] shortest material distance of two features of a lattice without a common vertex. */
 double surface_lattice_altitude(const SurfacePanel *panel);

@@ -289,8 +289,6 @@ static void drift_chunk(int chunk, int first, int end, void *context) {
         job->e->kernel->drift(job->lattice, &job->e->lanes, job->dt, first, end);
 }
 
-static double larger(double a, double b) { return b > a ? b : a; }
-
 /* x += dt v, also for held places and ghosts, whose velocities lead to their targets */
 static double drift(Explicit *e, double dt) {
     double fastest = 0.0;
@@ -302,7 +300,7 @@ static double drift(Explicit *e, double dt) {
             DriftJob job = {e, l, dt};
             parallel_for(l->nv, e->grain[c], drift_chunk, &job);
             for (int k = 0; k < parallel_chunk_count(l->nv, e->grain[c]); k++) {
-                fastest = larger(fastest, e->chunk_speed[k]);
+                fastest = max2(e->chunk_speed[k], fastest);
             }
             first += cloth->node_count;
         }
@@ -313,7 +311,7 @@ static double drift(Explicit *e, double dt) {
                 e->lanes.x[a][e->slot[i]] += dt * v;
                 square += v * v;
             }
-            fastest = larger(fastest, square);
+            fastest = max2(square, fastest);
         }
         if (e->lattices[c].nu > 0) {
             sweep_wrap_rows(&e->lattices[c], e->lanes.x);

@@ -105,6 +105,9 @@ static void create_surfaces(System *system) {
                                    .h1 = p->h1,
                                    .h2 = p->h2,
                                    .distance = contact_distance(system, cloth)};
+        for (int i = 0; i < cloth->node_count; i++) {
+            panels[c].mass += cloth->mass[i] / cloth->node_count;
+        }
         cloth_start(cloth, start + 3 * (size_t)first);
         for (int i = first; i < system->first[c + 1]; i++) {
             distance[i] = panels[c].distance;
