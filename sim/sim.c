@@ -6,7 +6,6 @@
 
 #include "sim/base/hash.h"
 #include "sim/base/parallel.h"
-#include "sim/geom/crossing.h"
 #include "sim/layout.h"
 
 SimOptions sim_options_default(void) { return (SimOptions){.threads = 1}; }
@@ -34,33 +33,39 @@ static bool refuse_meshes(const Scene *scene, Error *error) {
     return true;
 }
 
-/* contact keeps apart what is apart: cloth that starts crossing itself is refused */
-static bool check_start(const Sim *sim, Error *error) {
-    const System *system = &sim->system;
-    bool apart = true;
-    for (int c = 0; c < system->cloth_count && system->contact.self && apart; c++) {
-        const Cloth *cloth = &system->cloths[c];
-        const Panel *panel = &cloth->panel;
-        Arena scratch = {0};
-        int32_t *triangles = arena_push(&scratch, int32_t, 3 * panel->triangle_count);
-        for (int k = 0; k < 3 * panel->triangle_count; k++) {
-            triangles[k] = panel->triangles[k];
-        }
-        CrossingMesh mesh = {cloth->node_count, panel->triangle_count,
-                             sim->state.x + 3 * (size_t)system->first[c], triangles};
-        Crossings crossings = crossing_count_self(&mesh, &scratch);
-        if (crossings.count > 0) {
-            const double *at = panel->material + 2 * triangles[3 * crossings.first[0]];
-            const double *other = panel->material + 2 * triangles[3 * crossings.first[1]];
-            apart = error_set(error, EXIT_BAD_INPUT,
-                              "%s: cloth '%s' crosses itself at the start, first at (%.4g, %.4g) m "
-                              "and (%.4g, %.4g) m of its panel; 'solver: {self_contact: false}' "
-                              "lets it",
-                              sim->scene->path, cloth->def->name, at[0], at[1], other[0], other[1]);
-        }
-        arena_free(&scratch);
+typedef struct Spot {
+    const char *cloth;
+    const double *material; /* (u, v) of a corner of the triangle */
+} Spot;
+
+static Spot spot_of(const System *system, int place) {
+    int c = 0;
+    while (place >= system->first[c + 1]) {
+        c++;
     }
-    return apart;
+    const Cloth *cloth = &system->cloths[c];
+    return (Spot){cloth->def->name, cloth->panel.material + 2 * (place - system->first[c])};
+}
+
+/* contact keeps apart what is apart: cloth that starts crossing itself or other cloth is refused */
+static bool check_start(const Sim *sim, Error *error) {
+    if (!sim->system.contact.self) {
+        return true;
+    }
+    Arena scratch = {0};
+    CrossingMesh mesh = system_mesh(&sim->system, sim->state.x, &scratch);
+    Crossings crossings = crossing_count_self(&mesh, &scratch);
+    if (crossings.count > 0) {
+        Spot a = spot_of(&sim->system, mesh.triangles[3 * crossings.first[0]]);
+        Spot b = spot_of(&sim->system, mesh.triangles[3 * crossings.first[1]]);
+        error_set(error, EXIT_BAD_INPUT,
+                  "%s: cloth '%s' crosses cloth '%s' at the start, first at (%.4g, %.4g) m and "
+                  "(%.4g, %.4g) m of their panels; 'solver: {self_contact: false}' lets it",
+                  sim->scene->path, a.cloth, b.cloth, a.material[0], a.material[1], b.material[0],
+                  b.material[1]);
+    }
+    arena_free(&scratch);
+    return crossings.count == 0;
 }
 
 bool sim_create(Sim *sim, const Scene *scene, const SimOptions *options, Error *error) {

@@ -28,7 +28,7 @@ static void test_law(void **unused) {
         bend = fmax(bend, fabs((f[0] - f[2]) / (2 * step) - c[1]) / c[1] * (d < dhat - step));
     }
     CHECK_AT_MOST(worst, 1e-7);
-    CHECK_AT_MOST(bend, 1e-3); /* differences across the corner of the slope at dhat/2 */
+    CHECK_AT_MOST(bend, 1e-7);
 }
 
 /* closest points against a fine grid of candidates */

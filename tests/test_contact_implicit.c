@@ -25,7 +25,6 @@ typedef struct World {
     void *data;
     State state;
     Statistics statistics;
-    int *triangles;
     CrossingMesh mesh;
 } World;
 
@@ -60,18 +59,7 @@ static void world_start(World *w, const char *stepper) {
     w->state = state_allocate(s, &w->arena);
     state_start(s, &w->state);
     w->statistics.smallest_gap = w->statistics.smallest_self_gap = INFINITY;
-    int count = 0, at = 0;
-    for (int p = 0; p < s->contact.panel_count; p++) {
-        count += s->contact.panels[p].triangle_count;
-    }
-    w->triangles = arena_push(&w->arena, int, 3 * count);
-    for (int p = 0; p < s->contact.panel_count; p++) {
-        const SurfacePanel *panel = &s->contact.panels[p];
-        for (int k = 0; k < 3 * panel->triangle_count; k++) {
-            w->triangles[at++] = panel->first + panel->triangles[k];
-        }
-    }
-    w->mesh = (CrossingMesh){s->place_count, count, w->state.x, w->triangles};
+    w->mesh = system_mesh(s, w->state.x, &w->arena);
 }
 
 static void world_to(World *w, double time) {
@@ -180,8 +168,7 @@ static void test_gradient(void **unused) {
         double *moved = arena_push(&w.arena, double, 3 * w.system.place_count);
         double *g = arena_push(&w.arena, double, 3 * w.system.place_count);
         barrier_begin(b, &w.state.contact, w.state.x, held);
-        /* nearest points on a capsule are searched to a slope of 1e-6 */
-        CHECK_AT_MOST(gradient_error(&w, b, moved, g), kinds[k] == SOLID_CAPSULE ? 1e-6 : 1e-7);
+        CHECK_AT_MOST(gradient_error(&w, b, moved, g), 1e-7);
         world_end(&w);
     }
 }
@@ -215,7 +202,7 @@ static void test_momentum(void **unused) {
         }
         CHECK_AT_MOST(vec3_length(force) / size, 1e-12);
         /* friction acts along the tangent plane at both nearest points: a couple of gap x force */
-        CHECK_AT_MOST(vec3_length(torque) / (size * 0.1), i == 0 ? 1e-12 : 1e-2);
+        CHECK_AT_MOST(vec3_length(torque) / (size * 0.1), i == 0 ? 1e-12 : 1e-4);
     }
     world_end(&w);
 }

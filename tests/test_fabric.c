@@ -5,6 +5,7 @@
 #include "sim/scene/fabric_schema.h"
 #include "sim/scene/scene.h"
 #include "tests/support/check.h"
+#include "tests/support/shell.h"
 
 static Arena arena;
 
@@ -98,13 +99,10 @@ static void test_origins(void **state) {
     (void)state;
     const char *command = "cd " TOILE_SOURCE_DIR "/assets && for f in fabrics/* scenes/*; do "
                           "grep -q \"^$f | .* | .* | .* | \" ORIGINS || echo \"$f\"; done";
-    char line[256] = "";
-    FILE *pipe = popen(command, "r");
-    assert_non_null(pipe);
-    char *missing = fgets(line, sizeof line, pipe);
-    pclose(pipe);
-    if (missing) {
-        fail_msg("no line in assets/ORIGINS: %s", line);
+    char missing[256];
+    shell_run(command, missing, sizeof missing);
+    if (missing[0]) {
+        fail_msg("no line in assets/ORIGINS: %s", missing);
     }
 }
 

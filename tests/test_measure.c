@@ -2,11 +2,11 @@
  * with its exit codes. Needs toile-render beside this test. */
 #include <stdlib.h>
 #include <string.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include "render/measure.h"
 #include "tests/support/check.h"
+#include "tests/support/shell.h"
 
 enum { SIDE = 3, NODES = 2 * SIDE * SIDE, TRIANGLES = 16, FRAMES = 5 };
 
@@ -165,12 +165,7 @@ static void test_numbers(void **unused) {
 static int measure(const char *name, const char *options, char *text, size_t size) {
     char command[9000];
     snprintf(command, sizeof command, "%s measure %s/%s %s 2>&1", program, folder, name, options);
-    FILE *pipe = popen(command, "r");
-    assert_non_null(pipe);
-    size_t length = fread(text, 1, size - 1, pipe);
-    text[length] = 0;
-    int status = pclose(pipe);
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    return shell_run(command, text, size);
 }
 
 static void test_program(void **unused) {

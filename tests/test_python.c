@@ -2,11 +2,11 @@
  * files that are torn, damaged or foreign. Skipped, aloud, where Python has no numpy. */
 #include <stdlib.h>
 #include <string.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include "sim/state/state.h"
 #include "tests/support/check.h"
+#include "tests/support/shell.h"
 
 #define GOLDEN TOILE_SOURCE_DIR "/tests/golden/"
 #define READER TOILE_SOURCE_DIR "/scripts/read_states.py"
@@ -18,12 +18,7 @@ static char path[] = "/tmp/toile_test_python_XXXXXX";
 static int run(const char *file, const char *option, char *text, size_t size) {
     char command[512];
     snprintf(command, sizeof command, "%s %s %s %s 2>&1", python, READER, file, option);
-    FILE *pipe = popen(command, "r");
-    assert_non_null(pipe);
-    size_t got = fread(text, 1, size - 1, pipe);
-    text[got] = 0;
-    int status = pclose(pipe);
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    return shell_run(command, text, size);
 }
 
 static void compare_positions(const char *file) {

@@ -73,8 +73,8 @@ struct Contact {
     Twin *twins; /* (twin_room) hash table of contacts that already gave a force */
     int twin_room, twin_count;
     int *twin_places; /* (twin_count) used places of the table */
-    double *stiff; /* [N/m] (vertex_count) sum of contact stiffness, see CONTACT_STABLE_SHARE */
-    int *touched;  /* vertices with forces in this step */
+    double *stiff;    /* [N/m] (vertex_count) sum of contact stiffness, see CONTACT_STABLE_SHARE */
+    int *touched;     /* vertices with forces in this step */
     unsigned char *is_touched;
     int touched_count;
     Loss *losses; /* of this step */

@@ -333,7 +333,8 @@ typedef struct Search {
     Lists *lists;
     const Points *x;
     double path, reach, near, dhat;
-    const SurfacePanel *scattered; /* of both, or NULL: neighbours may be nearer than dhat at rest */
+    const SurfacePanel
+        *scattered; /* of both, or NULL: neighbours may be nearer than dhat at rest */
 } Search;
 
 /* are the parallel planes that hold the two features farther apart than the reach? Cheaper than

@@ -474,7 +474,8 @@ double obstacle_energy(const Contact *c, double dt) {
         const Touch *touch = &c->touches[t];
         bool vertex = touch->place[1] < 0;
         double force, curvature, k = CONTACT_STIFFNESS * touch_mass(c, touch) / (dt * dt);
-        if (c->group_touches[c->touch_owner[t]].path >= c->touch_due[t] && (vertex || !at_corner(touch))) {
+        if (c->group_touches[c->touch_owner[t]].path >= c->touch_due[t] &&
+            (vertex || !at_corner(touch))) {
             double share = vertex || touch->feature == 7 ? 1.0 : 0.5;
             energy += share *
                       contact_law(touch->distance, touch_distance(c, touch), k, &force, &curvature);

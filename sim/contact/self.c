@@ -271,8 +271,8 @@ static void pair_shorten(Contact *c, ContactView view, const Points *x, const Pa
     for (int a = 0; a < 4; a++) {
         Vec3 away = vec3_scale(a < first ? 1.0 : -1.0, n);
         double height = vec3_dot(away, vec3_sub(point_at(x, pair->place[a]), middle));
-        contact_hold_back(c, view, pair->place[a], away,
-                          height - CONTACT_MIDDLE_FLOOR * pair->dhat, dt);
+        contact_hold_back(c, view, pair->place[a], away, height - CONTACT_MIDDLE_FLOOR * pair->dhat,
+                          dt);
     }
 }
 

@@ -8,7 +8,6 @@
 
 #define MOST_ROUNDS 60      /* of the search along a side: halves the bracket at worst */
 #define SIDE_TOLERANCE 1e-9 /* of the side */
-#define LEVEL_SLOPE 1e-6    /* ends a search: the error of the distance is its square */
 #define FALL_TOLERANCE 1e-9 /* slope that counts as level */
 
 Vec3 solid_support_point(const Solid *solid, Vec3 d) {
@@ -118,7 +117,7 @@ static Side search_side(const Solid *solid, Vec3 a, Vec3 b, double da, double db
         best.at = s;
         best.distance = solid_distance(solid, vec3_axpy(a, s, along), &best.normal);
         double slope = vec3_dot(best.normal, along);
-        if (fabs(slope) <= LEVEL_SLOPE * vec3_length(along)) {
+        if (fabs(slope) <= FALL_TOLERANCE * vec3_length(along)) {
             break;
         }
         int side = slope > 0.0 ? 1 : -1;

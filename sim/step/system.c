@@ -121,6 +121,21 @@ static void create_surfaces(System *system) {
     system->contact.start = start;
 }
 
+CrossingMesh system_mesh(const System *system, const double *x, Arena *arena) {
+    int count = 0, at = 0;
+    for (int c = 0; c < system->cloth_count; c++) {
+        count += system->cloths[c].panel.triangle_count;
+    }
+    int32_t *triangles = arena_push(arena, int32_t, 3 * count);
+    for (int c = 0; c < system->cloth_count; c++) {
+        const Panel *panel = &system->cloths[c].panel;
+        for (int k = 0; k < 3 * panel->triangle_count; k++) {
+            triangles[at++] = system->first[c] + panel->triangles[k];
+        }
+    }
+    return (CrossingMesh){system->place_count, count, x, triangles};
+}
+
 bool system_has_contact(const System *system) {
     return system->contact.self || system->contact.obstacle_count > 0;
 }

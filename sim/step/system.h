@@ -6,6 +6,7 @@
 #define TOILE_STEP_SYSTEM_H
 
 #include "sim/contact/contact.h"
+#include "sim/geom/crossing.h"
 #include "sim/model/model.h"
 #include "sim/scene/scene.h"
 #include "sim/solve/factor.h"
@@ -34,6 +35,9 @@ typedef struct System {
 } System;
 
 bool system_has_contact(const System *system);
+
+/* The surface of all cloths at x (place_count x 3), for the exact check; x stays borrowed. */
+CrossingMesh system_mesh(const System *system, const double *x, Arena *arena);
 
 /* What changes. Copied before a step is tried, so that a bad step can be taken back. */
 typedef struct State {

@@ -2,7 +2,6 @@
 
 #include <string.h>
 
-#include "sim/geom/crossing.h"
 #include "tests/support/check.h"
 
 void play_start(Play *play, const char *text) {
@@ -27,18 +26,7 @@ void play_to(Play *play, double time) {
 long play_crossings(const Play *play) {
     const System *system = &play->sim.system;
     Arena arena = {0};
-    int count = 0, at = 0;
-    for (int c = 0; c < system->cloth_count; c++) {
-        count += system->cloths[c].panel.triangle_count;
-    }
-    int32_t *triangles = arena_push(&arena, int32_t, 3 * count);
-    for (int c = 0; c < system->cloth_count; c++) {
-        const Panel *panel = &system->cloths[c].panel;
-        for (int k = 0; k < 3 * panel->triangle_count; k++) {
-            triangles[at++] = system->first[c] + panel->triangles[k];
-        }
-    }
-    CrossingMesh mesh = {system->place_count, count, play->sim.state.x, triangles};
+    CrossingMesh mesh = system_mesh(system, play->sim.state.x, &arena);
     long crossings = (long)crossing_count_self(&mesh, &arena).count;
     for (int o = 0; o < system->contact.obstacle_count; o++) {
         crossings += (long)crossing_count_solid(&mesh, &system->contact.obstacles[o].solid,
