@@ -3,11 +3,14 @@
 #define TOILE_RENDER_COMMAND_H
 
 #include "render/draw.h"
+#include "render/export.h"
 #include "sim/base/progress.h"
 #include "sim/base/version.h"
 
 typedef struct Options {
-    RunDef run;         /* RUN, --follow, --writer PID, --patience S */
+    const char *const *arguments; /* (argument_count) what stands after the verb */
+    int argument_count;
+    RunDef run;         /* the first argument, --follow, --writer PID, --patience S */
     const char *output; /* -o FILE */
     int first, last;    /* --frames A-B, from 0; last -1 = to the end */
     bool frames_given;
@@ -18,6 +21,7 @@ typedef struct Options {
     int count;               /* --count, pictures on a contact sheet; 12 */
     bool force, json, quiet; /* --force --json --quiet */
     bool crossings;          /* --crossings, of measure */
+    ExportDef export;        /* --as, --keys, --up, --unit, --pc2-frames, --vtp-ascii */
     ProgressKind progress;   /* --progress=auto|json|none */
 } Options;
 
@@ -27,6 +31,7 @@ Options options_default(void);
 typedef struct Command {
     const char *name, *usage, *about;
     ExitCode (*run)(const Options *options, Error *error);
+    int least, most; /* arguments */
     bool hidden;
 } Command;
 
@@ -39,6 +44,7 @@ ExitCode command_run(int argc, char **argv, Error *error);
 ExitCode command_render(const Options *options, Error *error);
 ExitCode command_sheet(const Options *options, Error *error);
 ExitCode command_measure(const Options *options, Error *error);
+ExitCode command_export(const Options *options, Error *error);
 ExitCode command_looks(const Options *options, Error *error);
 ExitCode command_versions(const Options *options, Error *error);
 ExitCode command_bench(const Options *options, Error *error);
@@ -46,5 +52,10 @@ ExitCode command_bench(const Options *options, Error *error);
 /* Opens the run, waits as long as the pictures need, and prepares to draw it. *end: how the run
  * ended, RUN_FRAME while it is still going. NULL: error. */
 Drawer *command_open(const Options *options, Run *run, RunEnd *end, Error *error);
+
+/* The frames that are asked for and there. Who was asked for a whole run does not pass over what is
+ * missing: a damaged file is an error, an unfinished one a note on stderr ("are `done`"). */
+bool command_choose_frames(const Options *options, const Run *run, RunEnd end, const char *done,
+                           int *first, int *last, Error *error);
 
 #endif

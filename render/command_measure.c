@@ -3,6 +3,7 @@
 
 #include "render/command.h"
 #include "render/interrupt.h"
+#include "render/json.h"
 #include "render/measure.h"
 
 typedef struct Totals {
@@ -10,56 +11,18 @@ typedef struct Totals {
     int frames, bad_frames;
 } Totals;
 
-/* a string in quotes, as JSON wants it */
-static void print_string(const char *text) {
-    putchar('"');
-    for (; *text; text++) {
-        if (*text == '"' || *text == '\\') {
-            putchar('\\');
-        }
-        if ((unsigned char)*text >= ' ') {
-            putchar(*text);
-        }
-    }
-    putchar('"');
-}
-
 static void print_json_frame(const StateHeader *header, const StateFrame *frame,
                              const MeasureCrossings *found, bool first) {
     printf("%s\n  {\"frame\": %d, \"time\": %.9g, \"cloth\": %lld, \"obstacles\": {",
            first ? "" : ",", frame->frame, frame->time, (long long)found->cloth);
     for (int i = 0; i < header->obstacle_count; i++) {
         printf("%s", i ? ", " : "");
-        print_string(header->obstacles[i].name);
+        json_string(stdout, header->obstacles[i].name);
         printf(": %lld", (long long)found->obstacle[i]);
     }
     printf("}, \"place\": ");
-    print_string(found->place);
+    json_string(stdout, found->place);
     printf("}");
-}
-
-/* The frames that are asked for and there. A judge that was asked for a whole run does not pass over
- * what is missing. */
-static bool choose_range(const Options *options, const Run *run, RunEnd end, int *first, int *last,
-                         Error *error) {
-    int count = state_frame_count(run->reader);
-    *first = options->first;
-    *last = options->last < 0 ? count - 1 : options->last;
-    if (end == RUN_DAMAGED && (count == 0 || *last >= count || options->last < 0)) {
-        return error_set(error, EXIT_BAD_INPUT, "%s: %s", run->path, state_damage(run->reader));
-    }
-    if (count == 0) {
-        return error_set(error, EXIT_BAD_INPUT, "%s: there is no frame in it", run->path);
-    }
-    if (*first >= count || *last >= count) {
-        return error_set(error, EXIT_USAGE, "--frames: %s holds frames 0 to %d", run->path,
-                         count - 1);
-    }
-    if (end != RUN_FINISHED && options->last < 0 && !options->quiet) {
-        fprintf(stderr, "toile: %s is not finished: frames %d to %d are measured\n", run->path,
-                *first, *last);
-    }
-    return true;
 }
 
 static bool measure_frame(const Options *options, Run *run, int index, bool first, Arena *arena,
@@ -123,8 +86,7 @@ ExitCode command_measure(const Options *options, Error *error) {
     bool good = run_open(&run, &options->run, error);
     if (good) {
         RunEnd end = run_wait_end(&run);
-        good = (end != RUN_INTERRUPTED || error_set(error, EXIT_INTERRUPTED, "interrupted")) &&
-               choose_range(options, &run, end, &first, &last, error) &&
+        good = command_choose_frames(options, &run, end, "measured", &first, &last, error) &&
                measure_range(options, &run, first, last, &totals, error);
     }
     run_close(&run);

@@ -1,6 +1,7 @@
-/* The command line of toile-render. */
-#include <getopt.h>
+/* The command line of toile-render: one table of options, which reader, help and messages loop over. */
 #include <limits.h>
+#include <math.h>
+#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -10,16 +11,21 @@
 #include "sim/base/text.h"
 
 #define MOST_PIXELS 16384 /* along a side: the driver's largest texture, without supersampling */
+#define MOST_ARGUMENTS 256
+#define FIELD(member) offsetof(Options, member)
 
 const Command commands[] = {
     {"render", "RUN -o FILE", "video (mp4, mov, webm), sequence (%04d.png or a folder), picture",
-     command_render, false},
-    {"sheet", "RUN -o FILE.png", "contact sheet of a run", command_sheet, false},
+     command_render, 1, 1, false},
+    {"sheet", "RUN -o FILE.png", "contact sheet of a run", command_sheet, 1, 1, false},
     {"measure", "RUN --crossings",
-     "triangles that cross in any frame; exit code 1 if there are any", command_measure, false},
-    {"looks", "", "what cloths and obstacles can look like", command_looks, false},
-    {"versions", "", "versions of the libraries in use", command_versions, false},
-    {"bench", "RUN", "CPU time of each stage of a frame, as CSV", command_bench, true},
+     "triangles that cross in any frame; exit code 1 if there are any", command_measure, 1, 1,
+     false},
+    {"export", "RUN --as FORMAT -o PATH", "the moving mesh in a format of other programs",
+     command_export, 1, 1, false},
+    {"looks", "", "what cloths and obstacles can look like", command_looks, 0, 0, false},
+    {"versions", "", "versions of the libraries in use", command_versions, 0, 0, false},
+    {"bench", "RUN", "CPU time of each stage of a frame, as CSV", command_bench, 1, 1, true},
 };
 const int command_count = sizeof commands / sizeof commands[0];
 
@@ -30,75 +36,11 @@ Options options_default(void) {
                      .quality = quality_find(QUALITY_DEFAULT),
                      .threads = processors > 0 ? (int)processors : 1,
                      .count = 12,
+                     .export = export_default(),
                      .progress = PROGRESS_AUTO};
 }
 
-enum {
-    FRAMES = 256,
-    SIZE,
-    QUALITY,
-    LOOK,
-    FOLLOW,
-    WRITER,
-    PATIENCE,
-    THREADS,
-    COUNT,
-    FORCE,
-    CROSSINGS,
-    JSON,
-    QUIET,
-    PROGRESS,
-    HELP,
-    VERSION
-};
-
-static const struct option long_options[] = {{"output", required_argument, NULL, 'o'},
-                                             {"frames", required_argument, NULL, FRAMES},
-                                             {"size", required_argument, NULL, SIZE},
-                                             {"quality", required_argument, NULL, QUALITY},
-                                             {"look", required_argument, NULL, LOOK},
-                                             {"follow", no_argument, NULL, FOLLOW},
-                                             {"writer", required_argument, NULL, WRITER},
-                                             {"patience", required_argument, NULL, PATIENCE},
-                                             {"threads", required_argument, NULL, THREADS},
-                                             {"count", required_argument, NULL, COUNT},
-                                             {"force", no_argument, NULL, FORCE},
-                                             {"crossings", no_argument, NULL, CROSSINGS},
-                                             {"json", no_argument, NULL, JSON},
-                                             {"quiet", no_argument, NULL, QUIET},
-                                             {"progress", required_argument, NULL, PROGRESS},
-                                             {"help", no_argument, NULL, HELP},
-                                             {"version", no_argument, NULL, VERSION},
-                                             {0}};
-
-static void print_help(FILE *out) {
-    fprintf(out, "toile-render: draws the runs of toile-sim\n\n");
-    for (int i = 0; i < command_count; i++) {
-        if (!commands[i].hidden) {
-            fprintf(out, "  toile-render %-8s %-16s %s\n", commands[i].name, commands[i].usage,
-                    commands[i].about);
-        }
-    }
-    fprintf(out, "\n  RUN                 a run directory, or its " RUN_FILE "\n"
-                 "  --frames A-B        only these frames, from 0; A or A- too\n"
-                 "  --size WxH          [px] even; default: the film's\n"
-                 "  --quality NAME      ");
-    for (int i = 0; i < quality_count; i++) {
-        fprintf(out, "%s%-8s  %s\n", i ? "                      " : "", qualities[i].name,
-                qualities[i].about);
-    }
-    fprintf(out,
-            "  --look NAME         of all cloths, instead of their own (see looks)\n"
-            "  --follow            wait for frames while the run is still written\n"
-            "  --writer PID        with --follow: the process that writes it\n"
-            "  --patience SECONDS  with --follow: without a writer, give up after so long; 60\n"
-            "  --threads N         default: all processors\n"
-            "  --count N           pictures on a contact sheet; 12\n"
-            "  --crossings         measure: pairs of triangles that cross, exactly, and triangles\n"
-            "                      inside an obstacle\n"
-            "  --force             make it again; overwrite files of others\n"
-            "  --json  --progress=auto|json|none  --quiet  --help  --version\n");
-}
+/* ---- values ---- */
 
 static bool read_int(const char *text, int least, int most, int *value, const char **rest) {
     char *end;
@@ -151,59 +93,194 @@ static bool read_quality(const char *text, Options *options, Error *error) {
                      text, near ? "; did you mean '" : "", near ? near : "", near ? "'?" : "");
 }
 
-static bool read_number(const char *name, const char *text, int least, int *value, Error *error) {
-    return read_int(text, least, INT_MAX, value, NULL) ||
-           error_set(error, EXIT_USAGE, "--%s %s: expected a whole number from %d", name, text,
-                     least);
+static bool read_patience(const char *text, Options *options, Error *error) {
+    int seconds;
+    bool good = read_int(text, 0, INT_MAX, &seconds, NULL);
+    options->run.patience = good ? seconds : 0;
+    return good || error_set(error, EXIT_USAGE, "--patience %s: expected whole seconds", text);
 }
 
-static bool read_option(int option, const char *text, Options *options, Error *error) {
-    int number = 0;
-    switch (option) {
-    case 'o':
-        options->output = text;
-        return true;
-    case FRAMES:
-        return read_frames(text, options, error);
-    case SIZE:
-        return read_size(text, options, error);
-    case QUALITY:
-        return read_quality(text, options, error);
-    case LOOK:
-        options->look = text;
-        return true;
-    case FOLLOW:
-        return options->run.follow = true;
-    case WRITER:
-        return read_number("writer", text, 1, &options->run.writer, error);
-    case PATIENCE:
-        if (!read_number("patience", text, 0, &number, error)) {
-            return false;
+static bool read_progress(const char *text, Options *options, Error *error) {
+    return progress_parse(text, &options->progress) ||
+           error_set(error, EXIT_USAGE, "--progress %s: expected auto, json or none", text);
+}
+
+static bool read_format(const char *text, Options *options, Error *error) {
+    options->export.format = export_format_find(text, error);
+    return options->export.format != NULL;
+}
+
+static bool read_up(const char *text, Options *options, Error *error) {
+    options->export.up = text[0];
+    return ((text[0] == 'y' || text[0] == 'z') && !text[1]) ||
+           error_set(error, EXIT_USAGE, "--up %s: expected y or z", text);
+}
+
+static bool read_unit(const char *text, Options *options, Error *error) {
+    static const struct {
+        const char *name;
+        double scale;
+    } units[] = {{"m", 1.0}, {"cm", 100.0}, {"mm", 1000.0}};
+    for (size_t i = 0; i < sizeof units / sizeof *units; i++) {
+        if (strcmp(text, units[i].name) == 0) {
+            options->export.unit = units[i].name;
+            options->export.scale = units[i].scale;
+            return true;
         }
-        options->run.patience = number;
+    }
+    return error_set(error, EXIT_USAGE, "--unit %s: expected m, cm or mm", text);
+}
+
+/* ---- the table; its first row has the short name -o ---- */
+
+typedef enum OptionKind { FLAG, TEXT, WHOLE, READER } OptionKind;
+
+typedef struct OptionRow {
+    const char *name;
+    const char *value; /* what stands for it in the help; NULL: a flag */
+    const char *verbs; /* that take it; NULL: all */
+    const char *help;
+    OptionKind kind;
+    int least;    /* of a whole number */
+    size_t field; /* of Options: bool (flag), const char * (text), int (whole) */
+    bool (*read)(const char *text, Options *options, Error *error);
+} OptionRow;
+
+#define DRAWING "render sheet bench"
+
+static const OptionRow rows[] = {
+    {"output", "PATH", "render sheet export", "where to write", TEXT, 0, FIELD(output), NULL},
+    {"frames", "A-B", NULL, "only these frames, from 0; A or A- too", READER, 0, 0, read_frames},
+    {"size", "WxH", DRAWING, "[px] even; default: the film's", READER, 0, 0, read_size},
+    {"quality", "NAME", DRAWING, "draft, standard, quality", READER, 0, 0, read_quality},
+    {"look", "NAME", DRAWING, "of all cloths, instead of their own (see looks)", TEXT, 0,
+     FIELD(look), NULL},
+    {"follow", NULL, NULL, "wait for frames while the run is still written", FLAG, 0,
+     FIELD(run.follow), NULL},
+    {"writer", "PID", NULL, "with --follow: the process that writes it", WHOLE, 1,
+     FIELD(run.writer), NULL},
+    {"patience", "SECONDS", NULL, "with --follow: without a writer, give up after so long; 60",
+     READER, 0, 0, read_patience},
+    {"count", "N", "sheet", "pictures on a contact sheet; 12", WHOLE, 1, FIELD(count), NULL},
+    {"crossings", NULL, "measure",
+     "pairs of triangles that cross, exactly, and triangles inside an obstacle", FLAG, 0,
+     FIELD(crossings), NULL},
+    {"as", "FORMAT", "export", "obj-pc2, obj-mdd, ply, vtp, gltf, usd", READER, 0, 0, read_format},
+    {"up", "AXIS", "export", "z or y; default: what the format wants", READER, 0, 0, read_up},
+    {"unit", "UNIT", "export", "m, cm or mm; m (glTF: always m)", READER, 0, 0, read_unit},
+    {"keys", "N", "export", "gltf: key shapes, those that are missed most; 60", WHOLE, 2,
+     FIELD(export.keys), NULL},
+    {"pc2-frames", NULL, "export", "obj-pc2: count start and step in frames (3ds Max)", FLAG, 0,
+     FIELD(export.pc2_frames), NULL},
+    {"vtp-ascii", NULL, "export", "vtp: numbers as text", FLAG, 0, FIELD(export.vtp_ascii), NULL},
+    {"threads", "N", NULL, "default: all processors", WHOLE, 1, FIELD(threads), NULL},
+    {"force", NULL, NULL, "make it again; overwrite files of others", FLAG, 0, FIELD(force), NULL},
+    {"json", NULL, NULL, "results as JSON", FLAG, 0, FIELD(json), NULL},
+    {"progress", "KIND", NULL, "auto, json or none", READER, 0, 0, read_progress},
+    {"quiet", NULL, NULL, "no notes, no progress", FLAG, 0, FIELD(quiet), NULL},
+};
+#define ROW_COUNT ((int)(sizeof rows / sizeof *rows))
+
+/* True if `word` is one of the words of a list that are parted by spaces. */
+static bool has_word(const char *list, const char *word) {
+    size_t length = strlen(word);
+    for (const char *at = list; (at = strstr(at, word)) != NULL; at += length) {
+        if ((at == list || at[-1] == ' ') && (at[length] == ' ' || !at[length])) {
+            return true;
+        }
+    }
+    return false;
+}
+
+static void print_help(FILE *out) {
+    fprintf(out, "toile-render: draws the runs of toile-sim\n\n");
+    for (int i = 0; i < command_count; i++) {
+        if (!commands[i].hidden) {
+            fprintf(out, "  toile-render %-8s %-24s %s\n", commands[i].name, commands[i].usage,
+                    commands[i].about);
+        }
+    }
+    fprintf(out, "\n  RUN                  a run directory, or its " RUN_FILE "\n");
+    for (int i = 0; i < ROW_COUNT; i++) {
+        const OptionRow *row = &rows[i];
+        char name[64];
+        snprintf(name, sizeof name, "%s%s%s %s", i == 0 ? "-o, " : "", "--", row->name,
+                 row->value ? row->value : "");
+        fprintf(out, "  %-20s %s%s%s%s\n", name, row->help, row->verbs ? " (" : "",
+                row->verbs ? row->verbs : "", row->verbs ? ")" : "");
+    }
+    fprintf(out, "  --help --version\n");
+}
+
+static const OptionRow *find_row(const char *name, size_t length, Error *error) {
+    const char *names[ROW_COUNT + 1];
+    char word[64];
+    for (int i = 0; i < ROW_COUNT; i++) {
+        names[i] = rows[i].name;
+        if (strlen(rows[i].name) == length && strncmp(rows[i].name, name, length) == 0) {
+            return &rows[i];
+        }
+    }
+    names[ROW_COUNT] = NULL;
+    snprintf(word, sizeof word, "%.*s", (int)length, name);
+    const char *near = text_nearest(word, names);
+    error_set(error, EXIT_USAGE, "no option is called '--%s'%s%s%s", word,
+              near ? "; did you mean '--" : "; see toile-render --help", near ? near : "",
+              near ? "'?" : "");
+    return NULL;
+}
+
+static bool set_value(const OptionRow *row, const char *text, Options *options, Error *error) {
+    void *field = (char *)options + row->field;
+    switch (row->kind) {
+    case FLAG:
+        *(bool *)field = true;
         return true;
-    case THREADS:
-        return read_number("threads", text, 1, &options->threads, error);
-    case COUNT:
-        return read_number("count", text, 1, &options->count, error);
-    case FORCE:
-        return options->force = true;
-    case CROSSINGS:
-        return options->crossings = true;
-    case JSON:
-        return options->json = true;
-    case QUIET:
-        return options->quiet = true;
-    case PROGRESS:
-        return progress_parse(text, &options->progress) ||
-               error_set(error, EXIT_USAGE, "--progress %s: expected auto, json or none", text);
+    case TEXT:
+        *(const char **)field = text;
+        return true;
+    case WHOLE:
+        return read_int(text, row->least, INT_MAX, field, NULL) ||
+               error_set(error, EXIT_USAGE, "--%s %s: expected a whole number from %d", row->name,
+                         text, row->least);
     default:
-        return error_set(error, EXIT_USAGE, "see toile-render --help");
+        return row->read(text, options, error);
     }
 }
 
+/* Takes the option at arguments[*at], with its value; used: rows that were given. */
+static bool read_option(int argc, char **argv, int *at, Options *options, bool *used,
+                        Error *error) {
+    const char *word = argv[*at], *name = word + 2, *equals = strchr(word, '=');
+    const OptionRow *row = NULL;
+    if (word[1] == '-') {
+        row = find_row(name, equals ? (size_t)(equals - name) : strlen(name), error);
+    } else if (word[1] == 'o') {
+        row = &rows[0];
+        equals = word[2] ? word + 1 : NULL; /* -oFILE */
+    } else {
+        error_set(error, EXIT_USAGE, "no option is called '%s'; see toile-render --help", word);
+    }
+    if (!row) {
+        return false;
+    }
+    const char *text = equals ? equals + 1 : NULL;
+    if (row->kind == FLAG && text) {
+        return error_set(error, EXIT_USAGE, "--%s takes no value", row->name);
+    }
+    if (row->kind != FLAG && !text) {
+        if (*at + 1 >= argc) {
+            return error_set(error, EXIT_USAGE, "--%s: expected %s after it", row->name,
+                             row->value);
+        }
+        text = argv[++*at];
+    }
+    used[row - rows] = true;
+    return set_value(row, text, options, error);
+}
+
 static const Command *find_command(const char *name, Error *error) {
-    const char *names[16] = {0};
+    const char *names[32] = {0};
     for (int i = 0; i < command_count; i++) {
         if (strcmp(commands[i].name, name) == 0) {
             return &commands[i];
@@ -216,33 +293,59 @@ static const Command *find_command(const char *name, Error *error) {
     return NULL;
 }
 
+/* The verb, as many arguments as it takes, and no option of another verb. */
+static const Command *choose_command(const char *const *words, int count, const bool *used,
+                                     Error *error) {
+    const Command *command =
+        count > 0 ? find_command(words[0], error)
+                  : (error_set(error, EXIT_USAGE, "expected a verb; see --help"), NULL);
+    if (!command) {
+        return NULL;
+    }
+    if (count - 1 < command->least || count - 1 > command->most) {
+        error_set(error, EXIT_USAGE, "usage: toile-render %s %s", command->name, command->usage);
+        return NULL;
+    }
+    for (int i = 0; i < ROW_COUNT; i++) {
+        if (used[i] && rows[i].verbs && !has_word(rows[i].verbs, command->name)) {
+            error_set(error, EXIT_USAGE, "%s does not take --%s (it belongs to: %s)", command->name,
+                      rows[i].name, rows[i].verbs);
+            return NULL;
+        }
+    }
+    return command;
+}
+
 ExitCode command_run(int argc, char **argv, Error *error) {
     Options options = options_default();
-    int option;
-    while ((option = getopt_long(argc, argv, "o:h", long_options, NULL)) != -1) {
-        if (option == HELP || option == 'h') {
+    const char *words[MOST_ARGUMENTS];
+    bool used[ROW_COUNT] = {false}, only_words = false;
+    int count = 0;
+    for (int i = 1; i < argc; i++) {
+        if (only_words || argv[i][0] != '-' || !argv[i][1]) {
+            if (count == MOST_ARGUMENTS) {
+                error_set(error, EXIT_USAGE, "more than %d arguments", MOST_ARGUMENTS);
+                return EXIT_USAGE;
+            }
+            words[count++] = argv[i];
+        } else if (strcmp(argv[i], "--help") == 0 || strcmp(argv[i], "-h") == 0) {
             print_help(stdout);
             return EXIT_OK;
-        }
-        if (option == VERSION) {
+        } else if (strcmp(argv[i], "--version") == 0) {
             printf("toile %s\n", TOILE_VERSION);
             return EXIT_OK;
-        }
-        if (!read_option(option, optarg, &options, error)) {
+        } else if (strcmp(argv[i], "--") == 0) {
+            only_words = true;
+        } else if (!read_option(argc, argv, &i, &options, used, error)) {
             return EXIT_USAGE;
         }
     }
-    const Command *command =
-        optind < argc ? find_command(argv[optind], error)
-                      : (error_set(error, EXIT_USAGE, "expected a verb; see --help"), NULL);
+    const Command *command = choose_command(words, count, used, error);
     if (!command) {
         return EXIT_USAGE;
     }
-    int wanted = command->usage[0] ? 1 : 0;
-    if (argc - optind - 1 != wanted) {
-        error_set(error, EXIT_USAGE, "usage: toile-render %s %s", command->name, command->usage);
-        return EXIT_USAGE;
-    }
-    options.run.path = wanted ? argv[optind + 1] : NULL;
+    options.arguments = words + 1;
+    options.argument_count = count - 1;
+    options.run.path = count > 1 ? words[1] : NULL;
     return command->run(&options, error);
 }

@@ -7,6 +7,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "render/file.h"
+
 #define QUEUE_FRAMES 3 /* pictures between drawing and encoding */
 #define SEQUENCE_NAME "%04d.png"
 #define KEY_TEXT "toile:key"
@@ -123,16 +125,6 @@ bool output_may_write(const OutputDef *def, int frame, Error *error) {
 
 /* ---- writing ---- */
 
-static bool finish_part(const char *part, const char *name, Error *error) {
-    FILE *file = fopen(part, "rb");
-    bool flushed = file && fsync(fileno(file)) == 0;
-    if (file) {
-        fclose(file);
-    }
-    return (flushed && rename(part, name) == 0) ||
-           error_set_errno(error, EXIT_IO, "%s could not be written", name);
-}
-
 static bool write_png(const Output *output, const Entry *entry, Error *error) {
     char name[OUTPUT_PATH_SIZE], part[PART_SIZE], key[OUTPUT_KEY_SIZE], frame[16];
     name_frame(&output->def, entry->frame, name);
@@ -140,7 +132,7 @@ static bool write_png(const Output *output, const Entry *entry, Error *error) {
     write_key(entry->key, key);
     snprintf(frame, sizeof frame, "%d", entry->frame);
     ImageText texts[] = {{"Software", "toile"}, {KEY_TEXT, key}, {"toile:frame", frame}};
-    if (image_write_png(part, &entry->image, texts, 3, error) && finish_part(part, name, error)) {
+    if (image_write_png(part, &entry->image, texts, 3, error) && file_commit(part, name, error)) {
         return true;
     }
     unlink(part);
@@ -184,20 +176,8 @@ static void *encoder_main(void *context) {
     return NULL;
 }
 
-/* Creates the folders of a path, as far as they are missing. */
-static bool create_folders(const char *path, Error *error) {
-    char folder[OUTPUT_PATH_SIZE];
-    for (const char *slash = strchr(path + 1, '/'); slash; slash = strchr(slash + 1, '/')) {
-        snprintf(folder, sizeof folder, "%.*s", (int)(slash - path), path);
-        if (mkdir(folder, 0777) != 0 && errno != EEXIST) {
-            return error_set_errno(error, EXIT_IO, "%s", folder);
-        }
-    }
-    return true;
-}
-
 Output *output_create(const OutputDef *def, Error *error) {
-    if (def->kind == OUTPUT_SEQUENCE && !create_folders(def->path, error)) {
+    if (def->kind == OUTPUT_SEQUENCE && !file_create_folders(def->path, error)) {
         return NULL;
     }
     Output *output = calloc(1, sizeof *output);
@@ -278,7 +258,7 @@ bool output_close(Output *output, uint64_t key, Error *error) {
         char text[OUTPUT_KEY_SIZE];
         write_key(key, text);
         if (video_close(output->video, text, first)) {
-            finish_part(output->part, output->def.path, first);
+            file_commit(output->part, output->def.path, first);
         }
         output->video = NULL;
     }
