@@ -26,6 +26,8 @@
 #define CONTACT_BRISTLE_DAMPING 0.3 /* of critical */
 
 #define CONTACT_IMPULSE_GAP 0.2 /* of dhat: impulses act before the gap falls below this */
+#define CONTACT_IMPULSE_RESERVE                                                                    \
+    2.0 /* steps of motion: pairs farther apart are not asked for impulses, which change speeds */
 #define CONTACT_PLANE_SHARE 0.9 /* of the room to the plane that one step may use */
 #define CONTACT_PLANE_FLOOR                                                                        \
     0.02                          /* of dhat, at obstacles: never nearer; without it gaps reach

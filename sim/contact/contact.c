@@ -147,18 +147,19 @@ static void count_losses(Contact *c, ContactView view) {
 }
 
 Vec3 contact_friction(Vec3 *bristle, Vec3 normal, Vec3 sliding, double share_dt, double limit,
-                      double kt, double mass) {
+                      double k, double critical) {
+    double kt = CONTACT_BRISTLE_SHARE * k;
+    double ct = CONTACT_BRISTLE_DAMPING * sqrt(CONTACT_BRISTLE_SHARE) * critical;
     Vec3 t = vec3_axpy(*bristle, share_dt, sliding);
     t = vec3_axpy(t, -vec3_dot(t, normal), normal);
-    double pull = kt * vec3_length(t);
-    if (pull > limit) {
-        t = vec3_scale(limit / pull, t);
+    double pull2 = kt * kt * vec3_dot(t, t), limit2 = limit * limit;
+    if (pull2 > limit2) {
+        t = vec3_scale(limit / sqrt(pull2), t);
     }
     *bristle = t;
-    double ct = 2.0 * CONTACT_BRISTLE_DAMPING * sqrt(kt * mass);
     Vec3 force = vec3_axpy(vec3_scale(-kt, t), -ct, sliding);
-    double size = vec3_length(force);
-    return size > limit && size > 0.0 ? vec3_scale(limit / size, force) : force;
+    double size2 = vec3_dot(force, force);
+    return size2 > limit2 ? vec3_scale(limit / sqrt(size2), force) : force;
 }
 
 void contact_clear_twins(Contact *c, int most) {
@@ -257,7 +258,8 @@ static void move_group(Contact *c, ContactView view, int g) {
         double square = vec3_dot(d, d);
         most = square > most ? square : most;
     }
-    c->motion[g] = (GroupMotion){middle, sqrt(most)};
+    double deviation = sqrt(most);
+    c->motion[g] = (GroupMotion){middle, deviation, vec3_length(middle) + deviation};
 }
 
 static void move_groups(Contact *c, ContactView view) {
@@ -436,6 +438,7 @@ static void guard_all(Contact *c, ContactView view, double dt) {
     if (obstacles) {
         obstacle_impulses(c, view, dt);
     }
+    move_changed_groups(c, view);
     bool again = true;
     for (int round = 0; round < MOST_ROUNDS && again; round++) {
         if (self) {

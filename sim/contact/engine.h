@@ -10,6 +10,7 @@
 typedef struct GroupMotion {
     Vec3 velocity;    /* [m/s] of its middle */
     double deviation; /* [m/s] largest of any of its vertices from that */
+    double fastest;   /* [m/s] no vertex is faster */
 } GroupMotion;
 
 /* A vertex (place[1] < 0) or a triangle at an obstacle. */
@@ -43,6 +44,11 @@ typedef struct Frame {
     Vec3 origin, axis[3];
 } Frame;
 
+/* A pair that is near in this step, and its group pair. */
+typedef struct DuePair {
+    int pair, owner;
+} DuePair;
+
 /* A contact that several pairs may stand for, and the pair that came first. */
 typedef struct Twin {
     int key[3], pair; /* pair < 0: a free place */
@@ -50,8 +56,9 @@ typedef struct Twin {
 
 /* A pair that gives a force: what damping and friction do is known after the kick. */
 typedef struct Loss {
-    int count, place[4];
-    double weight[4];
+    int count;
+    const int *place;       /* of the pair: lists do not change before contact_clear */
+    const double *weight;   /* ... */
     Vec3 damping, friction; /* [N] */
     Vec3 base;              /* [m/s] velocity of the obstacle */
     Vec3 before;            /* [m/s] relative velocity before the kick */
@@ -68,8 +75,9 @@ struct Contact {
     int *vertex_groups;      /* groups of every vertex */
     unsigned char *wanted;   /* (group_pair_room) group pairs to be searched */
     int wanted_room;
-    int *due_pairs; /* pairs evaluated in this step */
+    DuePair *due_pairs; /* pairs evaluated in this step */
     int due_count, due_room;
+    int *tight;  /* pairs that impulses may have to hold apart */
     Twin *twins; /* (twin_room) hash table of contacts that already gave a force */
     int twin_room, twin_count;
     int *twin_places; /* (twin_count) used places of the table */
@@ -129,9 +137,9 @@ static inline double contact_mobility(const Contact *c, ContactView view, int pl
 /* Adds a force and its stiffness (for the inertia of the kick) to a vertex. */
 void contact_push(Contact *c, ContactView view, int place, Vec3 force, double stiffness);
 /* The bristle follows the sliding velocity for `share_dt`, is cut to `limit` and answers with a
- * force. */
+ * force. k [N/m], critical [kg/s]: of the normal direction. */
 Vec3 contact_friction(Vec3 *bristle, Vec3 normal, Vec3 sliding, double share_dt, double limit,
-                      double kt, double mass);
+                      double k, double critical);
 void contact_note_loss(Contact *c, const Loss *loss);
 /* The index that came first with this key since contact_clear_twins, or -1: `index` is the first. */
 int contact_find_twin(Contact *c, const int key[3], int index);

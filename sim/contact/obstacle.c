@@ -172,7 +172,7 @@ void obstacle_begin(Contact *c, double dt) {
     for (int g = 0; g < c->surface.group_count; g++) {
         for (int o = 0; o < c->def->obstacle_count; o++) {
             GroupTouch *group = &c->group_touches[g * c->def->obstacle_count + o];
-            group->speed = vec3_length(c->motion[g].velocity) + c->motion[g].deviation;
+            group->speed = c->motion[g].fastest;
             group->limit = -1.0;
         }
     }
@@ -264,7 +264,8 @@ static double touch_friction(const Contact *c, const Touch *touch) {
 
 static void push_touch(Contact *c, ContactView view, Touch *touch, double dt, double share) {
     double mass = touch_mass(c, touch), k = CONTACT_STIFFNESS * mass / (dt * dt);
-    double force, curvature, damping = 2.0 * CONTACT_DAMPING * sqrt(k * mass);
+    double force, curvature, critical = 2.0 * sqrt(k * mass);
+    double damping = CONTACT_DAMPING * critical;
     contact_law(touch->distance, touch_distance(c, touch), k, &force, &curvature);
     Vec3 carried = point_velocity(c, touch, dt);
     Vec3 v = vec3_sub(touch_velocity(view, touch), carried);
@@ -274,17 +275,16 @@ static void push_touch(Contact *c, ContactView view, Touch *touch, double dt, do
     bool vertex = touch->place[1] < 0;
     double *memory = vertex_bristle(c, touch->place[0], touch->obstacle);
     Vec3 bristle = vertex ? vec3_load(memory) : touch->bristle;
-    Vec3 friction =
-        contact_friction(&bristle, touch->normal, sliding, share * dt,
-                         total * touch_friction(c, touch), CONTACT_BRISTLE_SHARE * k, mass);
+    Vec3 friction = contact_friction(&bristle, touch->normal, sliding, share * dt,
+                                     total * touch_friction(c, touch), k, critical);
     Vec3 sum = vec3_axpy(friction, total, touch->normal);
     Loss loss = {.count = corner_count(touch),
+                 .place = touch->place,
+                 .weight = touch->weight,
                  .damping = vec3_scale(total - force, touch->normal),
                  .friction = friction,
                  .base = carried,
                  .before = v};
-    memcpy(loss.place, touch->place, sizeof touch->place);
-    memcpy(loss.weight, touch->weight, sizeof touch->weight);
     contact_note_loss(c, &loss);
     touch->bristle = bristle;
     if (vertex) {
@@ -377,8 +377,7 @@ static double take_speeds(Contact *c, double dt) {
     for (int i = 0; i < c->surface.group_count * obstacles; i++) {
         const GroupMotion *motion = &c->motion[i / obstacles];
         GroupTouch *group = &c->group_touches[i];
-        group->speed =
-            vec3_length(motion->velocity) + motion->deviation + c->obstacle_speed[i % obstacles];
+        group->speed = motion->fastest + c->obstacle_speed[i % obstacles];
         most = max2(most, group->speed * dt / group->near);
     }
     return most;
@@ -395,6 +394,10 @@ void obstacle_impulses(Contact *c, ContactView view, double dt) {
     for (int k = 0; k < c->due_touch_count; k++) {
         const Touch *touch = &c->touches[c->due_touches[k]];
         double floor = CONTACT_IMPULSE_GAP * touch_distance(c, touch);
+        double motion = CONTACT_IMPULSE_RESERVE * dt * c->group_touches[touch->owner].speed;
+        if (touch->distance - floor >= motion) {
+            continue;
+        }
         Vec3 v = vec3_sub(touch_velocity(view, touch), point_velocity(c, touch, dt));
         double vn = vec3_dot(v, touch->normal);
         double least = touch->distance > floor ? (floor - touch->distance) / dt : 0.0;
@@ -410,6 +413,10 @@ void obstacle_shorten(Contact *c, ContactView view, double dt) {
         const Touch *touch = &c->touches[c->due_touches[k]];
         double reserve = max2(0.0, min2(reach_beyond(c, touch), 0.5 * touch->distance));
         double floor = reserve + CONTACT_PLANE_FLOOR * touch_distance(c, touch);
+        double motion = dt * c->motion[touch->owner / c->def->obstacle_count].fastest;
+        if (motion <= CONTACT_PLANE_SHARE * (touch->distance - floor)) {
+            continue; /* no corner is nearer to the plane */
+        }
         for (int a = 0; a < corner_count(touch); a++) {
             Vec3 over = vec3_sub(point_at(&x, touch->place[a]), touch->point);
             double height = vec3_dot(touch->normal, over);

@@ -54,7 +54,7 @@ static void evaluate_block(Contact *c, const Points *x, GroupPair *owner) {
         }
         earliest = min2(earliest, l->due[p]);
         if (pair->distance <= near) {
-            c->due_pairs[c->due_count++] = p;
+            c->due_pairs[c->due_count++] = (DuePair){p, (int)(owner - l->group_pairs)};
         } else {
             pair->bristle = vec3(0, 0, 0);
         }
@@ -69,7 +69,8 @@ static void evaluate(Contact *c) {
     Points x = contact_positions(c);
     if (c->due_room < l->pair_room) {
         c->due_room = l->pair_room;
-        c->due_pairs = arena_push(c->arena, int, c->due_room);
+        c->due_pairs = arena_push(c->arena, DuePair, c->due_room);
+        c->tight = arena_push(c->arena, int, c->due_room);
     }
     c->due_count = 0;
     for (int i = 0; i < l->group_pair_count; i++) {
@@ -133,20 +134,20 @@ static void push_pair(Contact *c, ContactView view, Pair *pair, double dt, doubl
     double force, curvature, mass = pair_mass(c, pair), k = pair_stiffness(c, pair, dt);
     contact_law(pair->distance, pair->dhat, k, &force, &curvature);
     Vec3 v = pair_velocity(view, pair);
-    double vn = vec3_dot(v, pair->normal), damping = 2.0 * CONTACT_SELF_DAMPING * sqrt(k * mass);
+    double vn = vec3_dot(v, pair->normal), critical = 2.0 * sqrt(k * mass);
+    double damping = CONTACT_SELF_DAMPING * critical;
     double total = max2(0.0, force - damping * vn);
     c->statistics.approach = max2(c->statistics.approach, -vn);
     Vec3 sliding = vec3_axpy(v, -vn, pair->normal);
-    Vec3 friction =
-        contact_friction(&pair->bristle, pair->normal, sliding, share * dt,
-                         total * pair_friction(c, pair), CONTACT_BRISTLE_SHARE * k, mass);
+    Vec3 friction = contact_friction(&pair->bristle, pair->normal, sliding, share * dt,
+                                     total * pair_friction(c, pair), k, critical);
     Vec3 sum = vec3_axpy(friction, total, pair->normal);
     Loss loss = {.count = 4,
+                 .place = pair->place,
+                 .weight = pair->weight,
                  .damping = vec3_scale(total - force, pair->normal),
                  .friction = friction,
                  .before = v};
-    memcpy(loss.place, pair->place, sizeof loss.place);
-    memcpy(loss.weight, pair->weight, sizeof loss.weight);
     contact_note_loss(c, &loss);
     for (int a = 0; a < 4; a++) {
         double w = pair->weight[a];
@@ -197,9 +198,9 @@ void self_forces(Contact *c, ContactView view, double dt, double share) {
     }
     contact_clear_twins(c, c->due_count);
     for (int k = 0; k < c->due_count; k++) {
-        Pair *pair = &l->pairs[c->due_pairs[k]];
+        Pair *pair = &l->pairs[c->due_pairs[k].pair];
         c->statistics.smallest_self_gap = min2(c->statistics.smallest_self_gap, pair->distance);
-        if (is_active(c, view, c->due_pairs[k])) {
+        if (is_active(c, view, c->due_pairs[k].pair)) {
             push_pair(c, view, pair, dt, share);
         }
     }
@@ -209,9 +210,9 @@ double self_energy(Contact *c, ContactView view, double dt) {
     double energy = 0.0;
     contact_clear_twins(c, c->due_count);
     for (int k = 0; k < c->due_count; k++) {
-        const Pair *pair = &c->lists.pairs[c->due_pairs[k]];
+        const Pair *pair = &c->lists.pairs[c->due_pairs[k].pair];
         double force, curvature;
-        if (is_active(c, view, c->due_pairs[k])) {
+        if (is_active(c, view, c->due_pairs[k].pair)) {
             energy += contact_law(pair->distance, pair->dhat, pair_stiffness(c, pair, dt), &force,
                                   &curvature);
         }
@@ -251,11 +252,20 @@ static void pair_impulse(Contact *c, ContactView view, const Pair *pair, double 
 }
 
 void self_impulses(Contact *c, ContactView view, double dt) {
+    const Lists *l = &c->lists;
+    int count = 0;
     for (int k = 0; k < c->due_count; k++) {
-        pair_impulse(c, view, &c->lists.pairs[c->due_pairs[k]], dt);
+        const Pair *pair = &l->pairs[c->due_pairs[k].pair];
+        double motion = CONTACT_IMPULSE_RESERVE * dt * l->group_pairs[c->due_pairs[k].owner].speed;
+        if (pair->distance - CONTACT_IMPULSE_GAP * pair->dhat < motion) {
+            c->tight[count++] = c->due_pairs[k].pair;
+        }
     }
-    for (int k = c->due_count - 1; k >= 0; k--) {
-        pair_impulse(c, view, &c->lists.pairs[c->due_pairs[k]], dt);
+    for (int k = 0; k < count; k++) {
+        pair_impulse(c, view, &l->pairs[c->tight[k]], dt);
+    }
+    for (int k = count - 1; k >= 0; k--) {
+        pair_impulse(c, view, &l->pairs[c->tight[k]], dt);
     }
 }
 
@@ -279,7 +289,13 @@ static void pair_shorten(Contact *c, ContactView view, const Points *x, const Pa
 void self_shorten(Contact *c, ContactView view, double dt) {
     Points x = contact_positions(c);
     for (int k = 0; k < c->due_count; k++) {
-        pair_shorten(c, view, &x, &c->lists.pairs[c->due_pairs[k]], dt);
+        const GroupPair *owner = &c->lists.group_pairs[c->due_pairs[k].owner];
+        const Pair *pair = &c->lists.pairs[c->due_pairs[k].pair];
+        double least = 0.5 * pair->distance - CONTACT_MIDDLE_FLOOR * pair->dhat;
+        double motion = dt * max2(c->motion[owner->a].fastest, c->motion[owner->b].fastest);
+        if (motion > CONTACT_PLANE_SHARE * least) { /* no vertex is nearer to the plane */
+            pair_shorten(c, view, &x, pair, dt);
+        }
     }
 }
 

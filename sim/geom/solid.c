@@ -19,6 +19,10 @@ static double distance_box(Vec3 p, Vec3 b, double radius, Vec3 *normal) {
     Vec3 core = {b.x - radius, b.y - radius, b.z - radius};
     Vec3 q = {fabs(p.x) - core.x, fabs(p.y) - core.y, fabs(p.z) - core.z};
     Vec3 sign = {copysign(1, p.x), copysign(1, p.y), copysign(1, p.z)};
+    if (q.x <= 0.0 && q.y <= 0.0 && q.z > 0.0) { /* over a top: the usual place, without a root */
+        *normal = vec3(0, 0, sign.z);
+        return q.z - radius;
+    }
     Vec3 out = {max2(q.x, 0), max2(q.y, 0), max2(q.z, 0)};
     double outside = vec3_length(out);
     if (outside > 0.0) {
