@@ -34,7 +34,7 @@ Pose contact_pose(const ContactObstacle *obstacle, double clock) {
 
 static void index_groups(Contact *c, Arena *arena) {
     const Surface *s = &c->surface;
-    int n = c->def->vertex_count;
+    int n = c->place_count;
     c->vertex_group_begin = arena_push(arena, int, n + 1);
     int *begin = c->vertex_group_begin, total = 0;
     for (int g = 0; g < s->group_count; g++) {
@@ -65,8 +65,9 @@ static void index_groups(Contact *c, Arena *arena) {
 
 static void create_obstacles(Contact *c, Arena *arena) {
     int n = c->def->vertex_count, o = c->def->obstacle_count;
-    c->group_touches = arena_push(arena, GroupTouch, c->surface.group_count * o);
-    c->owner_wanted = arena_push(arena, unsigned char, c->surface.group_count *o);
+    int groups = c->surface.first_group[c->def->panel_count];
+    c->group_touches = arena_push(arena, GroupTouch, groups * o);
+    c->owner_wanted = arena_push(arena, unsigned char, groups *o);
     c->distances = arena_push(arena, VertexDistance, n * o);
     c->poses = arena_push(arena, Pose, o);
     c->frames = arena_push(arena, Frame, o);
@@ -79,16 +80,59 @@ static void create_obstacles(Contact *c, Arena *arena) {
     c->touch_memory = arena_push(arena, PairMemory, c->touch_memory_room);
 }
 
+/* the cloths as they are given, and a panel for every mesh */
+static void create_surface(Contact *c, Arena *arena) {
+    const ContactDef *def = c->def;
+    int meshes = 0;
+    c->mesh_first = arena_push(arena, int, def->obstacle_count + 1);
+    c->place_count = def->vertex_count;
+    for (int o = 0; o < def->obstacle_count; o++) {
+        const MeshDef *mesh = def->obstacles[o].mesh;
+        c->mesh_first[o] = c->place_count;
+        c->place_count += mesh ? mesh->vertex_count : 0;
+        meshes += mesh != NULL;
+    }
+    c->mesh_first[def->obstacle_count] = c->place_count;
+    c->pairs_wanted = def->self || meshes > 0;
+    int count = def->panel_count + meshes, p = def->panel_count;
+    SurfacePanel *panels = arena_push(arena, SurfacePanel, count);
+    c->obstacle_of = arena_push(arena, int, count);
+    memset(c->obstacle_of, -1, (size_t)count * sizeof *c->obstacle_of);
+    memcpy(panels, def->panels, (size_t)def->panel_count * sizeof *panels);
+    c->x = arena_push(arena, double, 3 * c->place_count);
+    memcpy(c->x, def->start, 3 * (size_t)def->vertex_count * sizeof *c->x);
+    for (int o = 0; o < def->obstacle_count; o++) {
+        const ContactObstacle *obstacle = &def->obstacles[o];
+        if (obstacle->mesh) {
+            memcpy(c->x + 3 * (size_t)c->mesh_first[o], obstacle->mesh->vertices,
+                   3 * (size_t)obstacle->mesh->vertex_count * sizeof *c->x);
+            c->obstacle_of[p] = o;
+            panels[p++] = (SurfacePanel){.first = c->mesh_first[o],
+                                         .vertex_count = obstacle->mesh->vertex_count,
+                                         .triangle_count = obstacle->mesh->triangle_count,
+                                         .triangles = obstacle->mesh->triangles,
+                                         .distance = def->distance,
+                                         .mass = INFINITY,
+                                         .obstacle = true,
+                                         .still = !obstacle->moves};
+        }
+    }
+    c->mesh_target = arena_push(arena, double, 3 * (c->place_count - def->vertex_count));
+    c->surface = surface_create(panels, count, c->x, arena);
+    c->lists = lists_create(&c->surface, c->x, def->self, arena);
+}
+
 Contact *contact_create(const ContactDef *def, Arena *arena) {
     int n = def->vertex_count;
     Contact *c = arena_push(arena, Contact, 1);
     c->def = def;
     c->arena = arena;
-    c->surface = surface_create(def->panels, def->panel_count, def->start, arena);
-    c->lists = lists_create(&c->surface, def->start, arena);
+    create_surface(c, arena);
     c->motion = arena_push(arena, GroupMotion, c->surface.group_count);
     index_groups(c, arena);
-    c->x = arena_push(arena, double, 3 * n);
+    c->v = arena_push(arena, double, 3 * c->place_count);
+    c->held = arena_push(arena, unsigned char, c->place_count);
+    memset(c->held + n, 1, (size_t)(c->place_count - n));
     c->stiff = arena_push(arena, double, n);
     c->touched = arena_push(arena, int, n);
     c->is_touched = arena_push(arena, unsigned char, n);
@@ -105,19 +149,25 @@ Contact *contact_create(const ContactDef *def, Arena *arena) {
 
 /* ---- shared by both kinds of contact ---- */
 
-void contact_gather(Contact *c, ContactView view) {
-    c->lists.stamp++;
+static void copy_lanes(const Contact *c, double *const lanes[3], double *out) {
     for (int i = 0; i < c->def->vertex_count; i++) {
-        int slot = view.slot[i];
+        int slot = c->view.slot[i];
         for (int a = 0; a < 3; a++) {
-            c->x[3 * i + a] = view.lanes->x[a][slot];
+            out[3 * i + a] = lanes[a][slot];
         }
     }
 }
 
-void contact_push(Contact *c, ContactView view, int place, Vec3 force, double stiffness) {
-    const Lanes *lanes = view.lanes;
-    int slot = view.slot[place];
+void contact_gather(Contact *c) {
+    c->lists.stamp++;
+    copy_lanes(c, c->view.lanes->x, c->x);
+}
+
+static void gather_velocities(Contact *c) { copy_lanes(c, c->view.lanes->v, c->v); }
+
+void contact_push(Contact *c, int place, Vec3 force, double stiffness) {
+    const Lanes *lanes = c->view.lanes;
+    int slot = c->view.slot[place];
     lanes->f[0][slot] += force.x, lanes->f[1][slot] += force.y, lanes->f[2][slot] += force.z;
     c->stiff[place] += stiffness;
     if (!c->is_touched[place]) {
@@ -134,11 +184,23 @@ void contact_note_loss(Contact *c, const Loss *loss) {
     c->losses[c->loss_count++] = *loss;
 }
 
+static Vec3 kicked_velocity(const Contact *c, int place) {
+    if (place >= c->def->vertex_count) {
+        return contact_velocity(c, place);
+    }
+    int s = c->view.slot[place];
+    double *const *v = c->view.lanes->v;
+    return vec3(v[0][s], v[1][s], v[2][s]);
+}
+
 /* the work of a force over the step is force times the mean of the velocities around the kick */
-static void count_losses(Contact *c, ContactView view) {
+static void count_losses(Contact *c) {
     for (int k = 0; k < c->loss_count; k++) {
         const Loss *loss = &c->losses[k];
-        Vec3 v = contact_point_velocity(view, loss->count, loss->place, loss->weight);
+        Vec3 v = {0, 0, 0};
+        for (int a = 0; a < loss->count; a++) {
+            v = vec3_axpy(v, loss->weight[a], kicked_velocity(c, loss->place[a]));
+        }
         Vec3 mean = vec3_scale(0.5, vec3_add(vec3_sub(v, loss->base), loss->before));
         c->statistics.damping -= c->loss_time * vec3_dot(mean, loss->damping);
         c->statistics.friction -= c->loss_time * vec3_dot(mean, loss->friction);
@@ -203,19 +265,19 @@ void contact_mark_changed(Contact *c, int place) {
     }
 }
 
-Vec3 contact_point_velocity(ContactView view, int count, const int *place, const double *weight) {
+Vec3 contact_point_velocity(const Contact *c, int count, const int *place, const double *weight) {
     Vec3 v = {0, 0, 0};
     for (int k = 0; k < count; k++) {
-        v = vec3_axpy(v, weight[k], contact_velocity(view, place[k]));
+        v = vec3_axpy(v, weight[k], contact_velocity(c, place[k]));
     }
     return v;
 }
 
-void contact_impulse(Contact *c, ContactView view, int count, const int *place,
-                     const double *weight, Vec3 normal, double approach, double wanted) {
+void contact_impulse(Contact *c, int count, const int *place, const double *weight, Vec3 normal,
+                     double approach, double wanted) {
     double mobility = 0.0;
     for (int a = 0; a < count; a++) {
-        mobility += weight[a] * weight[a] * contact_mobility(c, view, place[a]);
+        mobility += weight[a] * weight[a] * contact_mobility(c, place[a]);
     }
     if (approach >= wanted || mobility <= 0.0) {
         return;
@@ -224,17 +286,17 @@ void contact_impulse(Contact *c, ContactView view, int count, const int *place,
     c->statistics.impulses++;
     c->statistics.guard += impulse * -0.5 * (wanted + approach);
     for (int a = 0; a < count; a++) {
-        double share = impulse * weight[a] * contact_mobility(c, view, place[a]);
+        double share = impulse * weight[a] * contact_mobility(c, place[a]);
         if (share != 0.0) {
-            Vec3 v = contact_velocity(view, place[a]);
-            contact_set_velocity(view, place[a], vec3_axpy(v, share, normal));
+            Vec3 v = contact_velocity(c, place[a]);
+            vec3_store(c->v + 3 * (long)place[a], vec3_axpy(v, share, normal));
             contact_mark_changed(c, place[a]);
         }
     }
 }
 
-void contact_hold_back(Contact *c, ContactView view, int place, Vec3 away, double room, double dt) {
-    double approach = -dt * vec3_dot(away, contact_velocity(view, place));
+void contact_hold_back(Contact *c, int place, Vec3 away, double room, double dt) {
+    double approach = -dt * vec3_dot(away, contact_velocity(c, place));
     double most = CONTACT_PLANE_SHARE * room;
     if (approach > 0.0 && approach > most) {
         contact_shorten(c, place, max2(most, 0.0) / approach);
@@ -248,13 +310,13 @@ void contact_shorten(Contact *c, int place, double share) {
 
 /* ---- motion of groups ---- */
 
-static void move_group(Contact *c, ContactView view, int g) {
+static void move_group(Contact *c, int g) {
     const SurfaceGroup *group = &c->surface.groups[g];
     const int *vertices = c->surface.group_vertices;
-    Vec3 middle = contact_velocity(view, vertices[(group->vertex_begin + group->vertex_end) / 2]);
+    Vec3 middle = contact_velocity(c, vertices[(group->vertex_begin + group->vertex_end) / 2]);
     double most = 0.0;
     for (int k = group->vertex_begin; k < group->vertex_end; k++) {
-        Vec3 d = vec3_sub(contact_velocity(view, vertices[k]), middle);
+        Vec3 d = vec3_sub(contact_velocity(c, vertices[k]), middle);
         double square = vec3_dot(d, d);
         most = square > most ? square : most;
     }
@@ -262,18 +324,21 @@ static void move_group(Contact *c, ContactView view, int g) {
     c->motion[g] = (GroupMotion){middle, deviation, vec3_length(middle) + deviation};
 }
 
-static void move_groups(Contact *c, ContactView view) {
-    for (int g = 0; g < c->surface.group_count; g++) {
-        move_group(c, view, g);
+static void move_groups(Contact *c) {
+    const Surface *s = &c->surface;
+    for (int p = 0; p < s->panel_count; p++) {
+        for (int g = s->first_group[p]; g < s->first_group[p + 1] && !s->panels[p].still; g++) {
+            move_group(c, g);
+        }
     }
 }
 
 /* the groups of the vertices that the guard changed */
-static void move_changed_groups(Contact *c, ContactView view) {
+static void move_changed_groups(Contact *c) {
     for (int k = 0; k < c->changed_count; k++) {
         int place = c->changed[k];
         for (int m = c->vertex_group_begin[place]; m < c->vertex_group_begin[place + 1]; m++) {
-            move_group(c, view, c->vertex_groups[m]);
+            move_group(c, c->vertex_groups[m]);
         }
     }
 }
@@ -282,6 +347,7 @@ static void move_changed_groups(Contact *c, ContactView view) {
 
 void contact_begin(Contact *c, ContactView view, const ContactMemory *memory, double dt) {
     size_t o = (size_t)c->def->obstacle_count;
+    c->view = view;
     memcpy(c->poses, memory->poses, o * sizeof *c->poses);
     memcpy(c->next, memory->poses, o * sizeof *c->next);
     memcpy(c->clocks, memory->clocks, o * sizeof *c->clocks);
@@ -290,19 +356,22 @@ void contact_begin(Contact *c, ContactView view, const ContactMemory *memory, do
     memset(c->obstacle_speed, 0, o * sizeof *c->obstacle_speed);
     c->statistics = (ContactStatistics){.smallest_gap = INFINITY, .smallest_self_gap = INFINITY};
     for (int i = 0; i < c->def->vertex_count; i++) {
-        c->weight_kept[i] = view.lanes->weight[view.slot[i]];
+        c->weight_kept[i] = c->view.lanes->weight[c->view.slot[i]];
     }
     int touches = memory->touch_count;
     memcpy(c->touch_memory, memory->pairs, (size_t)touches * sizeof *memory->pairs);
     c->touch_memory_count = touches;
     lists_clear(&c->lists, memory->pairs + touches, memory->pair_count - touches);
-    contact_gather(c, view);
+    memcpy(c->held, view.held, (size_t)c->def->vertex_count);
+    contact_gather(c);
+    gather_velocities(c);
+    mesh_begin(c);
     c->quiet = false;
     c->step_count = 0.0;
     c->stiffness = memory->stiffness > 0.0 ? memory->stiffness : CONTACT_SELF_STIFFNESS;
     c->shrink = memory->shrink > 0.0 ? memory->shrink : 1.0;
-    move_groups(c, view);
-    if (c->def->self) {
+    move_groups(c);
+    if (c->pairs_wanted) {
         self_begin(c, dt);
     }
     if (o > 0) {
@@ -338,34 +407,35 @@ void contact_end(const Contact *c, ContactMemory *memory) {
                                              memory->pair_room - memory->touch_count);
 }
 
-void contact_forces(Contact *c, ContactView view, double dt, double share, double time_end) {
+void contact_forces(Contact *c, double dt, double share, double time_end) {
     obstacle_demand(c, dt, time_end);
     c->loss_time = share * dt;
     c->step_count++;
     if (c->quiet) {
         return;
     }
-    contact_gather(c, view);
-    if (c->def->self) {
-        self_forces(c, view, dt, share);
+    contact_gather(c);
+    if (c->pairs_wanted) {
+        self_forces(c, dt, share);
     }
     if (c->def->obstacle_count > 0) {
-        obstacle_forces(c, view, dt, share);
+        obstacle_forces(c, dt, share);
     }
     for (int k = 0; k < c->touched_count; k++) {
         int place = c->touched[k];
         double inertia = c->stiff[place] * dt * dt / CONTACT_STABLE_SHARE;
-        double *weight = &view.lanes->weight[view.slot[place]];
+        double *weight = &c->view.lanes->weight[c->view.slot[place]];
         *weight = inertia * c->weight_kept[place] > 1.0 ? 1.0 / inertia : c->weight_kept[place];
     }
 }
 
-void contact_clear(Contact *c, ContactView view) {
-    count_losses(c, view);
+void contact_clear(Contact *c) {
+    count_losses(c);
     for (int k = 0; k < c->touched_count; k++) {
-        int place = c->touched[k], slot = view.slot[place];
-        view.lanes->f[0][slot] = view.lanes->f[1][slot] = view.lanes->f[2][slot] = 0.0;
-        view.lanes->weight[slot] = c->weight_kept[place];
+        int place = c->touched[k], slot = c->view.slot[place];
+        double *const *f = c->view.lanes->f;
+        f[0][slot] = f[1][slot] = f[2][slot] = 0.0;
+        c->view.lanes->weight[slot] = c->weight_kept[place];
         c->stiff[place] = 0.0;
         c->is_touched[place] = 0;
     }
@@ -373,15 +443,15 @@ void contact_clear(Contact *c, ContactView view) {
 }
 
 /* scales the motions that the planes cut */
-static void apply_scales(Contact *c, ContactView view) {
+static void apply_scales(Contact *c) {
     for (int k = 0; k < c->changed_count; k++) {
         int place = c->changed[k];
         if (c->scale[place] < 1.0) {
-            Vec3 v = contact_velocity(view, place), cut = vec3_scale(c->scale[place], v);
+            Vec3 v = contact_velocity(c, place), cut = vec3_scale(c->scale[place], v);
             double lost = vec3_dot(v, v) - vec3_dot(cut, cut);
             c->statistics.guard += 0.5 * c->def->mass[place] * lost;
             c->statistics.truncations++;
-            contact_set_velocity(view, place, cut);
+            vec3_store(c->v + 3 * (long)place, cut);
             c->scale[place] = 1.0;
         }
     }
@@ -401,14 +471,15 @@ static bool stays_quiet(Contact *c, double dt, double fastest) {
     return true;
 }
 
-static void leave_quiet(Contact *c, ContactView view) {
-    contact_gather(c, view);
+static void leave_quiet(Contact *c) {
+    contact_gather(c);
     Lists *l = &c->lists;
     l->spent += c->quiet_path;
     for (int i = 0; i < l->group_pair_count; i++) {
         l->group_pairs[i].path += c->quiet_path;
     }
-    for (int i = 0; i < c->surface.group_count * c->def->obstacle_count; i++) {
+    int cloth_groups = c->surface.first_group[c->def->panel_count];
+    for (int i = 0; i < cloth_groups * c->def->obstacle_count; i++) {
         c->group_touches[i].path += c->quiet_path;
     }
     c->due_count = c->due_touch_count = 0;
@@ -416,16 +487,17 @@ static void leave_quiet(Contact *c, ContactView view) {
 }
 
 static void settle(Contact *c) {
-    double room = c->def->self ? self_room(c) : INFINITY;
+    double room = c->pairs_wanted ? self_room(c) : INFINITY;
     room = c->def->obstacle_count > 0 ? min2(room, obstacle_room(c)) : room;
     c->quiet = room > 0.0;
     c->quiet_path = 0.0;
     c->quiet_room = room;
 }
 
-static void guard_all(Contact *c, ContactView view, double dt) {
-    bool self = c->def->self, obstacles = c->def->obstacle_count > 0;
-    move_groups(c, view);
+static void guard_all(Contact *c, double dt) {
+    bool self = c->pairs_wanted, obstacles = c->def->obstacle_count > 0;
+    gather_velocities(c);
+    move_groups(c);
     if (self) {
         self_refresh(c, dt);
     }
@@ -433,22 +505,22 @@ static void guard_all(Contact *c, ContactView view, double dt) {
         obstacle_refresh(c, dt);
     }
     if (self) {
-        self_impulses(c, view, dt);
+        self_impulses(c, dt);
     }
     if (obstacles) {
-        obstacle_impulses(c, view, dt);
+        obstacle_impulses(c, dt);
     }
-    move_changed_groups(c, view);
+    move_changed_groups(c);
     bool again = true;
     for (int round = 0; round < MOST_ROUNDS && again; round++) {
         if (self) {
-            self_shorten(c, view, dt);
+            self_shorten(c, dt);
         }
         if (obstacles) {
-            obstacle_shorten(c, view, dt);
+            obstacle_shorten(c, dt);
         }
-        apply_scales(c, view);
-        move_changed_groups(c, view);
+        apply_scales(c);
+        move_changed_groups(c);
         again = c->changed_count > 0 && self && self_check(c, dt);
         again = (c->changed_count > 0 && obstacles && obstacle_check(c, dt)) || again;
     }
@@ -456,8 +528,8 @@ static void guard_all(Contact *c, ContactView view, double dt) {
         for (int i = 0; i < c->def->vertex_count; i++) {
             contact_shorten(c, i, 0.0);
         }
-        apply_scales(c, view);
-        move_groups(c, view);
+        apply_scales(c);
+        move_groups(c);
         if (self) {
             self_check(c, dt);
         }
@@ -465,34 +537,43 @@ static void guard_all(Contact *c, ContactView view, double dt) {
     }
 }
 
-bool contact_is_quiet(const Contact *c) { return c->quiet; }
-
-void contact_guard(Contact *c, ContactView view, double dt, double fastest) {
-    if (c->quiet) {
-        if (stays_quiet(c, dt, fastest)) {
-            obstacle_move(c, view, dt);
-            return;
-        }
-        leave_quiet(c, view);
-    }
-    guard_all(c, view, dt);
-    if (c->def->obstacle_count > 0) {
-        obstacle_move(c, view, dt);
-        obstacle_advance(c, dt);
-    }
-    if (c->def->self) {
-        self_advance(c, dt);
-    }
+/* the velocities that the guard changed, to the lanes */
+static void write_changed(Contact *c) {
     for (int k = 0; k < c->changed_count; k++) {
-        c->is_changed[c->changed[k]] = 0;
+        int place = c->changed[k], slot = c->view.slot[place];
+        for (int a = 0; a < 3; a++) {
+            c->view.lanes->v[a][slot] = c->v[3 * place + a];
+        }
+        c->is_changed[place] = 0;
     }
     c->changed_count = 0;
+}
+
+bool contact_is_quiet(const Contact *c) { return c->quiet; }
+
+void contact_guard(Contact *c, double dt, double fastest) {
+    if (c->quiet) {
+        if (stays_quiet(c, dt, fastest)) {
+            obstacle_move(c, dt);
+            return;
+        }
+        leave_quiet(c);
+    }
+    guard_all(c, dt);
+    if (c->def->obstacle_count > 0) {
+        obstacle_move(c, dt);
+        obstacle_advance(c, dt);
+    }
+    if (c->pairs_wanted) {
+        self_advance(c, dt);
+    }
+    write_changed(c);
     settle(c);
 }
 
 const ContactStatistics *contact_statistics(const Contact *c) { return &c->statistics; }
 
-double contact_energy(Contact *c, ContactView view, double dt) {
-    double energy = c->def->self ? self_energy(c, view, dt) : 0.0;
+double contact_energy(Contact *c, double dt) {
+    double energy = c->pairs_wanted ? self_energy(c, dt) : 0.0;
     return energy + (c->def->obstacle_count > 0 ? obstacle_energy(c, dt) : 0.0);
 }

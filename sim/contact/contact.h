@@ -9,8 +9,8 @@
  * The explicit road's last guard are separating planes: features are convex, so a plane between
  * their closest points parts them, and no vertex leaves its side of any plane in a step.
  *
- * Obstacles are convex solids (sim/geom/solid.h); vertices, edges and triangles of the cloth
- * meet their faces, edges and corners exactly. */
+ * Obstacles are convex solids (sim/geom/solid.h) and triangle meshes; vertices, edges and triangles
+ * of the cloth meet their faces, edges and corners exactly. */
 #ifndef TOILE_CONTACT_CONTACT_H
 #define TOILE_CONTACT_CONTACT_H
 
@@ -19,10 +19,12 @@
 #include "sim/contact/lists.h"
 #include "sim/geom/lanes.h"
 #include "sim/geom/solid.h"
+#include "sim/scene/mesh.h"
 #include "sim/scene/motion.h"
 
 typedef struct ContactObstacle {
     Solid solid;
+    const MeshDef *mesh;  /* NULL: the solid is the obstacle */
     Pose start;           /* at t = 0 */
     const Motion *motion; /* in world space, after `start` */
     double friction;      /* negative: the cloth's own */
@@ -92,19 +94,19 @@ void contact_begin(Contact *contact, ContactView view, const ContactMemory *memo
 /* Adds forces to lanes->f and inertia to lanes->weight. dt: the step, which sets the stiffness;
  * `share`: of the step that the kick will take (1, or 1/2 at the ends of an interval);
  * `time_end`: of this step, where the obstacles want to be. */
-void contact_forces(Contact *contact, ContactView view, double dt, double share, double time_end);
+void contact_forces(Contact *contact, double dt, double share, double time_end);
 /* After the kick: takes the forces of this step back out of lanes->f and lanes->weight. */
-void contact_clear(Contact *contact, ContactView view);
+void contact_clear(Contact *contact);
 bool contact_is_quiet(const Contact *contact); /* nothing is near anything */
 /* Changes velocities so that nothing crosses in x += dt v, and moves the obstacles as far as the
  * cloth lets them. `fastest` [m/s]: no vertex is faster; only looked at while contact_is_quiet. */
-void contact_guard(Contact *contact, ContactView view, double dt, double fastest);
+void contact_guard(Contact *contact, double dt, double fastest);
 /* Writes what the next interval needs. */
 void contact_end(const Contact *contact, ContactMemory *memory);
 
 const ContactStatistics *contact_statistics(const Contact *contact);
 
 /* [J] stored in the contacts that were evaluated last, for a step of dt. */
-double contact_energy(Contact *contact, ContactView view, double dt);
+double contact_energy(Contact *contact, double dt);
 
 #endif

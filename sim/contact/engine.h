@@ -69,9 +69,14 @@ struct Contact {
     Arena *arena;
     Surface surface;
     Lists lists;
-    double *x;               /* [m] (vertex_count x 3) copied from the lanes: quicker to look up */
+    ContactView view;        /* of this interval */
+    int place_count;         /* vertices of cloth, then those of meshes */
+    bool pairs_wanted;       /* do features of two surfaces ever meet? */
+    double *x, *v;           /* [m], [m/s] (place_count x 3) copied from the lanes: quicker to look
+                                up; v is that of now within the guard, else that before the kick */
+    unsigned char *held;     /* (place_count) moved by a handle or a mesh's programme */
     GroupMotion *motion;     /* (group_count) */
-    int *vertex_group_begin; /* (vertex_count + 1) */
+    int *vertex_group_begin; /* (place_count + 1) */
     int *vertex_groups;      /* groups of every vertex */
     unsigned char *wanted;   /* (group_pair_room) group pairs to be searched */
     int wanted_room;
@@ -109,7 +114,10 @@ struct Contact {
     Pose *poses, *next;        /* (obstacle_count) now; demanded at the end of the step */
     Frame *frames;             /* (obstacle_count) of poses */
     double *clocks, *next_clocks, *obstacle_speed;
-    double *bristles;         /* [m] (vertex_count x obstacle_count x 3) */
+    int *mesh_first;     /* (obstacle_count + 1) first place of each obstacle; a solid has none */
+    int *obstacle_of;    /* (panels of the surface) -1: cloth */
+    double *mesh_target; /* [m] (places of meshes x 3) demanded at the end of the step */
+    double *bristles;    /* [m] (vertex_count x obstacle_count x 3) */
     PairMemory *touch_memory; /* bristles of edges and faces at obstacles from the last interval */
     int touch_memory_count, touch_memory_room;
     /* nothing near anything: only this much motion is counted */
@@ -119,23 +127,17 @@ struct Contact {
 };
 
 static inline Points contact_positions(const Contact *c) { return (Points){c->x}; }
-/* after positions changed */
-void contact_gather(Contact *c, ContactView view);
-static inline Vec3 contact_velocity(ContactView view, int place) {
-    int s = view.slot[place];
-    return vec3(view.lanes->v[0][s], view.lanes->v[1][s], view.lanes->v[2][s]);
+void contact_gather(Contact *c); /* after positions changed */
+static inline Vec3 contact_velocity(const Contact *c, int place) {
+    return vec3_load(c->v + 3 * (long)place);
 }
-static inline void contact_set_velocity(ContactView view, int place, Vec3 v) {
-    int s = view.slot[place];
-    view.lanes->v[0][s] = v.x, view.lanes->v[1][s] = v.y, view.lanes->v[2][s] = v.z;
-}
-/* [1/kg] 0 for a vertex that a handle moves */
-static inline double contact_mobility(const Contact *c, ContactView view, int place) {
-    return view.held[place] ? 0.0 : c->weight_kept[place];
+/* [1/kg] 0 for what a handle or a programme moves */
+static inline double contact_mobility(const Contact *c, int place) {
+    return c->held[place] ? 0.0 : c->weight_kept[place];
 }
 
 /* Adds a force and its stiffness (for the inertia of the kick) to a vertex. */
-void contact_push(Contact *c, ContactView view, int place, Vec3 force, double stiffness);
+void contact_push(Contact *c, int place, Vec3 force, double stiffness);
 /* The bristle follows the sliding velocity for `share_dt`, is cut to `limit` and answers with a
  * force. k [N/m], critical [kg/s]: of the normal direction. */
 Vec3 contact_friction(Vec3 *bristle, Vec3 normal, Vec3 sliding, double share_dt, double limit,
@@ -145,29 +147,41 @@ void contact_note_loss(Contact *c, const Loss *loss);
 int contact_find_twin(Contact *c, const int key[3], int index);
 void contact_clear_twins(Contact *c, int most); /* and makes room for so many */
 /* Velocity of the point with these weights. */
-Vec3 contact_point_velocity(ContactView view, int count, const int *place, const double *weight);
+Vec3 contact_point_velocity(const Contact *c, int count, const int *place, const double *weight);
 /* Inelastic: lifts the normal velocity of that point from `approach` to `wanted` [m/s]; nothing
  * when it is higher. Keeps the gap out of the steep part of the law. */
-void contact_impulse(Contact *c, ContactView view, int count, const int *place,
-                     const double *weight, Vec3 normal, double approach, double wanted);
+void contact_impulse(Contact *c, int count, const int *place, const double *weight, Vec3 normal,
+                     double approach, double wanted);
 /* A vertex uses at most a share of the room [m] that it has over a plane with normal `away`. */
-void contact_hold_back(Contact *c, ContactView view, int place, Vec3 away, double room, double dt);
+void contact_hold_back(Contact *c, int place, Vec3 away, double room, double dt);
 /* Notes a motion that must shrink to `share`. */
 void contact_shorten(Contact *c, int place, double share);
 void contact_mark_changed(Contact *c, int place);
 
 /* self.c: cloth with cloth. c->motion must be that of the velocities of now. */
 void self_begin(Contact *c, double dt);
-void self_forces(Contact *c, ContactView view, double dt, double share);
+void self_forces(Contact *c, double dt, double share);
 void self_refresh(Contact *c, double dt);
-void self_impulses(Contact *c, ContactView view, double dt);
-void self_shorten(Contact *c, ContactView view, double dt);
+void self_impulses(Contact *c, double dt);
+void self_shorten(Contact *c, double dt);
 /* After the velocities were changed: looks for pairs that may now meet. True: shorten again. */
 bool self_check(Contact *c, double dt);
 void self_advance(Contact *c, double dt);
-double self_energy(Contact *c, ContactView view, double dt);
+double self_energy(Contact *c, double dt);
 /* [m] motion of two vertices together until something could be near; 0: something is listed */
 double self_room(const Contact *c);
+
+/* obstacle_mesh.c: their places; features meet those of the cloth in self.c */
+void mesh_begin(Contact *c);                           /* to where the clocks stand */
+void mesh_demand(Contact *c, int obstacle, double dt); /* after c->next was set */
+/* phi for a mesh, see free_share in obstacle.c */
+double mesh_free_share(const Contact *c, int obstacle, double dt);
+void mesh_move(Contact *c, int obstacle, double phi);
+/* the mesh that a pair is at, or -1 */
+int pair_obstacle(const Contact *c, const Pair *pair);
+/* How far the mesh side of a pair will reach beyond its closest point [m]; `away` is the normal
+ * from the mesh to the cloth. */
+double mesh_reach(const Contact *c, const Pair *pair, Vec3 away);
 
 /* obstacle_distance.c: distance, normal, feature of a touch at the positions of now */
 void obstacle_evaluate(Contact *c, const Points *x, Touch *touch);
@@ -175,11 +189,11 @@ void obstacle_evaluate(Contact *c, const Points *x, Touch *touch);
 /* obstacle.c: cloth with obstacles */
 void obstacle_begin(Contact *c, double dt);
 void obstacle_demand(Contact *c, double dt, double time_end);
-void obstacle_forces(Contact *c, ContactView view, double dt, double share);
+void obstacle_forces(Contact *c, double dt, double share);
 void obstacle_refresh(Contact *c, double dt);
-void obstacle_impulses(Contact *c, ContactView view, double dt);
-void obstacle_shorten(Contact *c, ContactView view, double dt);
-void obstacle_move(Contact *c, ContactView view, double dt);
+void obstacle_impulses(Contact *c, double dt);
+void obstacle_shorten(Contact *c, double dt);
+void obstacle_move(Contact *c, double dt);
 void obstacle_advance(Contact *c, double dt);
 bool obstacle_check(Contact *c, double dt);
 double obstacle_energy(const Contact *c, double dt);

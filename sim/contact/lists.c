@@ -12,8 +12,10 @@
 #define SAFE_FAR 1.0001   /* more than rounding does to a squared distance */
 #define LEAST_SINE2 1e-12 /* of two edges: below, their common normal is noise */
 
-Lists lists_create(const Surface *surface, const double *start, Arena *arena) {
-    Lists l = {.surface = surface, .arena = arena, .stamp = 1};
+Lists lists_create(const Surface *surface, const double *start, bool cloth_meets_cloth,
+                   Arena *arena) {
+    Lists l = {
+        .surface = surface, .cloth_meets_cloth = cloth_meets_cloth, .arena = arena, .stamp = 1};
     l.bounds = arena_push(arena, GroupBounds, surface->group_count);
     l.boxes = arena_push(arena, Box, surface->group_count);
     Vec3 *centres = arena_push(arena, Vec3, surface->group_count);
@@ -150,10 +152,14 @@ static void pack_blocks(Lists *l) {
 
 /* ---- level 1 ---- */
 
+static const SurfacePanel *panel_of(const Lists *l, int g) {
+    return &l->surface->panels[l->surface->groups[g].panel];
+}
+
 static void bound_group(Lists *l, const Points *x, int g) {
     GroupBounds *bounds = &l->bounds[g];
     const SurfaceGroup *group = &l->surface->groups[g];
-    if (bounds->boxed == l->stamp) {
+    if (bounds->boxed == l->stamp || (bounds->boxed > 0 && panel_of(l, g)->still)) {
         return;
     }
     bounds->boxed = l->stamp;
@@ -176,6 +182,10 @@ static uint64_t pair_hash(int a, int b) {
 
 static void add_group_pair(int a, int b, void *context) {
     Lists *l = context;
+    bool mesh_a = panel_of(l, a)->obstacle, mesh_b = panel_of(l, b)->obstacle;
+    if ((mesh_a && mesh_b) || (!mesh_a && !mesh_b && !l->cloth_meets_cloth)) {
+        return;
+    }
     if (box_distance(&l->boxes[a], &l->boxes[b]) > l->reach) {
         return;
     }
@@ -224,11 +234,16 @@ void lists_remake(Lists *l, const Points *x, double least_reach) {
     l->group_pairs = l->old_group_pairs, l->old_group_pairs = old;
     l->group_pair_count = 0;
     double size = 0.0;
+    int cloth_groups = 0;
     for (int g = 0; g < groups; g++) {
         bound_group(l, x, g);
         l->boxes[g] = l->bounds[g].all;
-        size += vec3_length(vec3_sub(l->boxes[g].high, l->boxes[g].low)) / groups;
+        if (!panel_of(l, g)->obstacle) {
+            size += vec3_length(vec3_sub(l->boxes[g].high, l->boxes[g].low));
+            cloth_groups++;
+        }
     }
+    size /= cloth_groups;
     l->reach = max2(CONTACT_GROUP_REACH * size, 2.0 * least_reach);
     l->spent = l->widest = 0.0;
     box_tree_refit(&l->tree, l->boxes);
@@ -395,40 +410,54 @@ static inline Box box_of(const Points *x, const int *places, int count) {
     return box;
 }
 
-/* vertices owned by cell a against triangles of cell b, whose box is known */
+/* boxes of what a cell owns, made when they are first needed */
+typedef struct CellBoxes {
+    bool known;
+    Box triangle[2], edge[5];
+} CellBoxes;
+
+static const CellBoxes *cell_boxes(const Search *s, const SurfaceCell *cell, CellBoxes *boxes) {
+    if (!boxes->known) {
+        const Surface *surface = s->lists->surface;
+        boxes->known = true;
+        for (int k = 0; k < cell->triangle_count; k++) {
+            boxes->triangle[k] =
+                box_of(s->x, surface->triangles + 3 * (size_t)cell->triangle[k], 3);
+        }
+        for (int k = 0; k < cell->edge_count; k++) {
+            boxes->edge[k] = box_of(s->x, surface->edges + 2 * (size_t)cell->edge[k], 2);
+        }
+    }
+    return boxes;
+}
+
+/* vertices owned by cell a against triangles of cell b, whose box is `around` */
 static void search_faces(const Search *s, const SurfaceCell *a, const SurfaceCell *b,
-                         const Box *around) {
+                         const Box *around, const CellBoxes *in_b) {
     for (int k = 0; k < a->vertex_count; k++) {
         int v = a->vertex[k];
         Box point = box_of(s->x, &v, 1);
         for (int t = 0; t < b->triangle_count && box_near(&point, around, s->reach); t++) {
             const int *corner = s->lists->surface->triangles + 3 * (size_t)b->triangle[t];
-            if (v == corner[0] || v == corner[1] || v == corner[2]) {
-                continue;
-            }
-            Box box = box_of(s->x, corner, 3);
-            if (box_near(&point, &box, s->reach)) {
+            if (v != corner[0] && v != corner[1] && v != corner[2] &&
+                box_near(&point, &in_b->triangle[t], s->reach)) {
                 add_pair(s, PAIR_FACE, v, corner[0], corner[1], corner[2]);
             }
         }
     }
 }
 
-static void search_edges(const Search *s, const SurfaceCell *a, const SurfaceCell *b,
-                         const Box *around) {
+static void search_edges(const Search *s, const SurfaceCell *a, const CellBoxes *in_a,
+                         const SurfaceCell *b, const Box *around, const CellBoxes *in_b) {
     for (int i = 0; i < a->edge_count; i++) {
         const int *p = s->lists->surface->edges + 2 * (size_t)a->edge[i];
-        Box box = box_of(s->x, p, 2);
-        if (!box_near(&box, around, s->reach)) {
+        if (!box_near(&in_a->edge[i], around, s->reach)) {
             continue;
         }
         for (int j = a == b ? i + 1 : 0; j < b->edge_count; j++) {
             const int *q = s->lists->surface->edges + 2 * (size_t)b->edge[j];
-            if (p[0] == q[0] || p[0] == q[1] || p[1] == q[0] || p[1] == q[1]) {
-                continue;
-            }
-            Box other = box_of(s->x, q, 2);
-            if (box_near(&box, &other, s->reach)) {
+            if (box_near(&in_a->edge[i], &in_b->edge[j], s->reach) && p[0] != q[0] &&
+                p[0] != q[1] && p[1] != q[0] && p[1] != q[1]) {
                 add_pair(s, PAIR_EDGES, p[0], p[1], q[0], q[1]);
             }
         }
@@ -439,6 +468,10 @@ static void search_pair(const Search *s, const GroupPair *pair) {
     const Lists *l = s->lists;
     const SurfaceGroup *a = &l->surface->groups[pair->a], *b = &l->surface->groups[pair->b];
     const GroupBounds *in_a = &l->bounds[pair->a], *in_b = &l->bounds[pair->b];
+    CellBoxes boxes_a[SURFACE_GROUP_CELLS], boxes_b[SURFACE_GROUP_CELLS];
+    for (int k = 0; k < SURFACE_GROUP_CELLS; k++) {
+        boxes_a[k].known = boxes_b[k].known = false;
+    }
     for (int i = a->cell_begin; i < a->cell_end; i++) {
         const Box *box = &in_a->cell[i - a->cell_begin];
         if (!box_near(box, &in_b->all, s->reach)) {
@@ -446,15 +479,17 @@ static void search_pair(const Search *s, const GroupPair *pair) {
         }
         for (int j = pair->a == pair->b ? i : b->cell_begin; j < b->cell_end; j++) {
             const SurfaceCell *p = &l->surface->cells[i], *q = &l->surface->cells[j];
-            if (!box_near(box, &in_b->cell[j - b->cell_begin], s->reach)) {
+            const Box *other = &in_b->cell[j - b->cell_begin];
+            if (!box_near(box, other, s->reach)) {
                 continue;
             }
-            const Box *other = &in_b->cell[j - b->cell_begin];
-            search_faces(s, p, q, other);
+            const CellBoxes *of_p = cell_boxes(s, p, &boxes_a[i - a->cell_begin]);
+            const CellBoxes *of_q = cell_boxes(s, q, &boxes_b[j - b->cell_begin]);
+            search_faces(s, p, q, other, of_q);
             if (i != j) {
-                search_faces(s, q, p, box);
+                search_faces(s, q, p, box, of_p);
             }
-            search_edges(s, p, q, other);
+            search_edges(s, p, of_p, q, other, of_q);
         }
     }
 }

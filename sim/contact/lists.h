@@ -70,6 +70,7 @@ typedef struct GroupBounds {
 
 typedef struct Lists {
     const Surface *surface;
+    bool cloth_meets_cloth;
     Arena *arena;
     BoxTree tree;
     GroupBounds *bounds; /* (group_count) */
@@ -92,7 +93,9 @@ typedef struct Lists {
     int kept_count, kept_room;
 } Lists;
 
-Lists lists_create(const Surface *surface, const double *start, Arena *arena);
+/* cloth_meets_cloth false: only cloth and meshes do. Meshes never meet each other. */
+Lists lists_create(const Surface *surface, const double *start, bool cloth_meets_cloth,
+                   Arena *arena);
 
 /* Forgets everything; takes over bristles for the pairs to come. */
 void lists_clear(Lists *lists, const PairMemory *memory, int memory_count);

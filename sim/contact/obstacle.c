@@ -29,6 +29,8 @@ static void add_touch(Contact *c, const Touch *touch, double due) {
     c->touch_due[c->touch_count++] = due;
 }
 
+static int cloth_groups(const Contact *c) { return c->surface.first_group[c->def->panel_count]; }
+
 static double group_distance(const Contact *c, int g) {
     return c->surface.panels[c->surface.groups[g].panel].distance;
 }
@@ -79,6 +81,10 @@ static void query_group(Contact *c, const Points *x, int g, int o, double dt) {
     double dhat = group_distance(c, g), step = group->speed * dt;
     group->near = max2(dhat, CONTACT_NEAR_STEPS * step);
     double slack = max2(CONTACT_LEAST_SLACK * dhat, CONTACT_LONG_SLACK_STEPS * step);
+    if (c->def->obstacles[o].mesh) { /* its features are in the lists of pairs */
+        group->near = group->limit = INFINITY;
+        return;
+    }
     double apart = group_apart(c, x, g, o);
     if (apart > group->near + slack) {
         group->limit = group->path + apart - group->near;
@@ -113,7 +119,7 @@ static void drop_touch(Contact *c, int t) {
 
 /* searches the groups that spent their path, or that became too fast for their list */
 static bool search(Contact *c, bool by_path, double dt) {
-    int owners = c->surface.group_count * c->def->obstacle_count, wanted = 0;
+    int owners = cloth_groups(c) * c->def->obstacle_count, wanted = 0;
     for (int i = 0; i < owners; i++) {
         c->owner_wanted[i] = is_wanted(&c->group_touches[i], by_path, dt);
         wanted += c->owner_wanted[i];
@@ -168,8 +174,8 @@ void obstacle_begin(Contact *c, double dt) {
     }
     c->touch_count = 0;
     memset(c->group_touches, 0,
-           (size_t)(c->surface.group_count * c->def->obstacle_count) * sizeof *c->group_touches);
-    for (int g = 0; g < c->surface.group_count; g++) {
+           (size_t)(cloth_groups(c) * c->def->obstacle_count) * sizeof *c->group_touches);
+    for (int g = 0; g < cloth_groups(c); g++) {
         for (int o = 0; o < c->def->obstacle_count; o++) {
             GroupTouch *group = &c->group_touches[g * c->def->obstacle_count + o];
             group->speed = c->motion[g].fastest;
@@ -205,7 +211,11 @@ void obstacle_demand(Contact *c, double dt, double time_end) {
         double behind = time_end - c->clocks[o], most = CONTACT_CATCH_UP * dt;
         c->next_clocks[o] = c->clocks[o] + max2(-most, min2(most, behind));
         c->next[o] = contact_pose(obstacle, c->next_clocks[o]);
-        c->obstacle_speed[o] = fastest_point(obstacle, c->poses[o], c->next[o], dt);
+        if (obstacle->mesh) {
+            mesh_demand(c, o, dt);
+        } else {
+            c->obstacle_speed[o] = fastest_point(obstacle, c->poses[o], c->next[o], dt);
+        }
     }
 }
 
@@ -253,8 +263,8 @@ static double touch_mass(const Contact *c, const Touch *touch) {
                                : surface_panel(&c->surface, touch->place[0])->mass;
 }
 
-static Vec3 touch_velocity(ContactView view, const Touch *touch) {
-    return contact_point_velocity(view, corner_count(touch), touch->place, touch->weight);
+static Vec3 touch_velocity(const Contact *c, const Touch *touch) {
+    return contact_point_velocity(c, corner_count(touch), touch->place, touch->weight);
 }
 
 static double touch_friction(const Contact *c, const Touch *touch) {
@@ -262,13 +272,13 @@ static double touch_friction(const Contact *c, const Touch *touch) {
     return own >= 0.0 ? own : c->def->friction[touch->place[0]];
 }
 
-static void push_touch(Contact *c, ContactView view, Touch *touch, double dt, double share) {
+static void push_touch(Contact *c, Touch *touch, double dt, double share) {
     double mass = touch_mass(c, touch), k = CONTACT_STIFFNESS * mass / (dt * dt);
     double force, curvature, critical = 2.0 * sqrt(k * mass);
     double damping = CONTACT_DAMPING * critical;
     contact_law(touch->distance, touch_distance(c, touch), k, &force, &curvature);
     Vec3 carried = point_velocity(c, touch, dt);
-    Vec3 v = vec3_sub(touch_velocity(view, touch), carried);
+    Vec3 v = vec3_sub(touch_velocity(c, touch), carried);
     double vn = vec3_dot(v, touch->normal), total = max2(0.0, force - damping * vn);
     c->statistics.approach = max2(c->statistics.approach, -vn);
     Vec3 sliding = vec3_axpy(v, -vn, touch->normal);
@@ -294,8 +304,7 @@ static void push_touch(Contact *c, ContactView view, Touch *touch, double dt, do
     for (int a = 0; a < corner_count(touch); a++) {
         double w = touch->weight[a];
         if (w != 0.0) {
-            contact_push(c, view, touch->place[a], vec3_scale(w, sum),
-                         w * (curvature + damping / dt));
+            contact_push(c, touch->place[a], vec3_scale(w, sum), w * (curvature + damping / dt));
         }
     }
 }
@@ -337,15 +346,15 @@ static int find_twin(Contact *c, const Touch *touch, int index) {
     return contact_find_twin(c, key, index);
 }
 
-static bool all_held(ContactView view, const Touch *touch) {
+static bool all_held(const Contact *c, const Touch *touch) {
     bool held = true;
     for (int k = 0; k < corner_count(touch); k++) {
-        held = held && view.held[touch->place[k]];
+        held = held && c->held[touch->place[k]];
     }
     return held;
 }
 
-void obstacle_forces(Contact *c, ContactView view, double dt, double share) {
+void obstacle_forces(Contact *c, double dt, double share) {
     search(c, true, dt);
     evaluate(c);
     contact_clear_twins(c, c->due_touch_count);
@@ -353,7 +362,7 @@ void obstacle_forces(Contact *c, ContactView view, double dt, double share) {
         Touch *touch = &c->touches[c->due_touches[k]];
         bool vertex = touch->place[1] < 0;
         c->statistics.smallest_gap = min2(c->statistics.smallest_gap, touch->distance);
-        if (touch->distance >= touch_distance(c, touch) || all_held(view, touch) ||
+        if (touch->distance >= touch_distance(c, touch) || all_held(c, touch) ||
             (!vertex && at_corner(touch))) {
             forget(c, touch);
             continue;
@@ -364,7 +373,7 @@ void obstacle_forces(Contact *c, ContactView view, double dt, double share) {
             touch->bristle = c->touches[twin].bristle;
             continue;
         }
-        push_touch(c, view, touch, dt, share);
+        push_touch(c, touch, dt, share);
     }
 }
 
@@ -374,7 +383,7 @@ void obstacle_forces(Contact *c, ContactView view, double dt, double share) {
 static double take_speeds(Contact *c, double dt) {
     int obstacles = c->def->obstacle_count;
     double most = 0.0;
-    for (int i = 0; i < c->surface.group_count * obstacles; i++) {
+    for (int i = 0; i < cloth_groups(c) * obstacles; i++) {
         const GroupMotion *motion = &c->motion[i / obstacles];
         GroupTouch *group = &c->group_touches[i];
         group->speed = motion->fastest + c->obstacle_speed[i % obstacles];
@@ -390,7 +399,7 @@ void obstacle_refresh(Contact *c, double dt) {
     }
 }
 
-void obstacle_impulses(Contact *c, ContactView view, double dt) {
+void obstacle_impulses(Contact *c, double dt) {
     for (int k = 0; k < c->due_touch_count; k++) {
         const Touch *touch = &c->touches[c->due_touches[k]];
         double floor = CONTACT_IMPULSE_GAP * touch_distance(c, touch);
@@ -398,16 +407,16 @@ void obstacle_impulses(Contact *c, ContactView view, double dt) {
         if (touch->distance - floor >= motion) {
             continue;
         }
-        Vec3 v = vec3_sub(touch_velocity(view, touch), point_velocity(c, touch, dt));
+        Vec3 v = vec3_sub(touch_velocity(c, touch), point_velocity(c, touch, dt));
         double vn = vec3_dot(v, touch->normal);
         double least = touch->distance > floor ? (floor - touch->distance) / dt : 0.0;
-        contact_impulse(c, view, corner_count(touch), touch->place, touch->weight, touch->normal,
-                        vn, least);
+        contact_impulse(c, corner_count(touch), touch->place, touch->weight, touch->normal, vn,
+                        least);
     }
 }
 
 /* the corners stay on their side of the plane, less what is reserved for the obstacle */
-void obstacle_shorten(Contact *c, ContactView view, double dt) {
+void obstacle_shorten(Contact *c, double dt) {
     Points x = contact_positions(c);
     for (int k = 0; k < c->due_touch_count; k++) {
         const Touch *touch = &c->touches[c->due_touches[k]];
@@ -420,13 +429,13 @@ void obstacle_shorten(Contact *c, ContactView view, double dt) {
         for (int a = 0; a < corner_count(touch); a++) {
             Vec3 over = vec3_sub(point_at(&x, touch->place[a]), touch->point);
             double height = vec3_dot(touch->normal, over);
-            contact_hold_back(c, view, touch->place[a], touch->normal, height - floor, dt);
+            contact_hold_back(c, touch->place[a], touch->normal, height - floor, dt);
         }
     }
 }
 
 /* phi: the largest share of its demanded motion that keeps every near corner separated */
-static double free_share(const Contact *c, ContactView view, const Points *x, int o, double dt) {
+static double free_share(const Contact *c, const Points *x, int o, double dt) {
     double phi = 1.0;
     for (int k = 0; k < c->due_touch_count; k++) {
         const Touch *touch = &c->touches[c->due_touches[k]];
@@ -435,7 +444,7 @@ static double free_share(const Contact *c, ContactView view, const Points *x, in
         }
         double beyond = reach_beyond(c, touch), gap = INFINITY;
         for (int a = 0; a < corner_count(touch); a++) {
-            Vec3 v = contact_velocity(view, touch->place[a]);
+            Vec3 v = contact_velocity(c, touch->place[a]);
             Vec3 end = vec3_axpy(point_at(x, touch->place[a]), dt, v);
             gap = min2(gap, vec3_dot(touch->normal, vec3_sub(end, touch->point)));
         }
@@ -447,17 +456,20 @@ static double free_share(const Contact *c, ContactView view, const Points *x, in
     return phi;
 }
 
-void obstacle_move(Contact *c, ContactView view, double dt) {
+void obstacle_move(Contact *c, double dt) {
     Points x = contact_positions(c);
     for (int o = 0; o < c->def->obstacle_count; o++) {
         const ContactObstacle *obstacle = &c->def->obstacles[o];
         if (!obstacle->moves) {
             continue;
         }
-        double phi = free_share(c, view, &x, o, dt);
+        double phi = obstacle->mesh ? mesh_free_share(c, o, dt) : free_share(c, &x, o, dt);
         c->clocks[o] += phi * (c->next_clocks[o] - c->clocks[o]);
         c->poses[o] = phi == 1.0 ? c->next[o] : contact_pose(obstacle, c->clocks[o]);
         c->frames[o] = frame_of(c->poses[o]);
+        if (obstacle->mesh) {
+            mesh_move(c, o, phi);
+        }
     }
 }
 
@@ -470,7 +482,7 @@ bool obstacle_check(Contact *c, double dt) {
 }
 
 void obstacle_advance(Contact *c, double dt) {
-    for (int i = 0; i < c->surface.group_count * c->def->obstacle_count; i++) {
+    for (int i = 0; i < cloth_groups(c) * c->def->obstacle_count; i++) {
         c->group_touches[i].path += c->group_touches[i].speed * dt;
     }
 }
@@ -493,7 +505,7 @@ double obstacle_energy(const Contact *c, double dt) {
 
 double obstacle_room(const Contact *c) {
     double room = c->touch_count > 0 ? 0.0 : INFINITY;
-    for (int i = 0; i < c->surface.group_count * c->def->obstacle_count; i++) {
+    for (int i = 0; i < cloth_groups(c) * c->def->obstacle_count; i++) {
         room = min2(room, c->group_touches[i].limit - c->group_touches[i].path);
     }
     return max2(room, 0.0);

@@ -9,17 +9,23 @@ static double relative_speed(const Contact *c, const GroupPair *pair) {
     return vec3_length(vec3_sub(a->velocity, b->velocity)) + a->deviation + b->deviation;
 }
 
-/* [m/s] fastest motion of any group relative to their mean */
+/* [m/s] fastest motion of any group relative to the mean of the cloth */
 static double fastest_group(const Contact *c) {
+    const Surface *s = &c->surface;
     Vec3 mean = {0, 0, 0};
-    int count = c->surface.group_count;
+    int count = s->first_group[c->def->panel_count];
     for (int g = 0; g < count; g++) {
         mean = vec3_axpy(mean, 1.0 / count, c->motion[g].velocity);
     }
     double most = 0.0;
-    for (int g = 0; g < count; g++) {
-        double speed = vec3_length(vec3_sub(c->motion[g].velocity, mean)) + c->motion[g].deviation;
-        most = max2(most, speed);
+    for (int p = 0; p < s->panel_count; p++) {
+        bool still = s->panels[p].still;
+        most = still ? max2(most, vec3_length(mean)) : most;
+        for (int g = s->first_group[p]; g < s->first_group[p + 1] && !still; g++) {
+            double speed =
+                vec3_length(vec3_sub(c->motion[g].velocity, mean)) + c->motion[g].deviation;
+            most = max2(most, speed);
+        }
     }
     return most;
 }
@@ -123,17 +129,23 @@ static double pair_stiffness(const Contact *c, const Pair *pair, double dt) {
 }
 
 static double pair_friction(const Contact *c, const Pair *pair) {
+    int obstacle = pair_obstacle(c, pair);
+    if (obstacle >= 0) {
+        double own = c->def->obstacles[obstacle].friction;
+        int cloth = pair->place[pair->place[0] < c->def->vertex_count ? 0 : 3];
+        return own >= 0.0 ? own : c->def->friction[cloth];
+    }
     return sqrt(c->def->friction[pair->place[0]] * c->def->friction[pair->place[3]]);
 }
 
-static Vec3 pair_velocity(ContactView view, const Pair *pair) {
-    return contact_point_velocity(view, 4, pair->place, pair->weight);
+static Vec3 pair_velocity(const Contact *c, const Pair *pair) {
+    return contact_point_velocity(c, 4, pair->place, pair->weight);
 }
 
-static void push_pair(Contact *c, ContactView view, Pair *pair, double dt, double share) {
+static void push_pair(Contact *c, Pair *pair, double dt, double share) {
     double force, curvature, mass = pair_mass(c, pair), k = pair_stiffness(c, pair, dt);
     contact_law(pair->distance, pair->dhat, k, &force, &curvature);
-    Vec3 v = pair_velocity(view, pair);
+    Vec3 v = pair_velocity(c, pair);
     double vn = vec3_dot(v, pair->normal), critical = 2.0 * sqrt(k * mass);
     double damping = CONTACT_SELF_DAMPING * critical;
     double total = max2(0.0, force - damping * vn);
@@ -151,23 +163,26 @@ static void push_pair(Contact *c, ContactView view, Pair *pair, double dt, doubl
     contact_note_loss(c, &loss);
     for (int a = 0; a < 4; a++) {
         double w = pair->weight[a];
-        if (w != 0.0) {
-            contact_push(c, view, pair->place[a], vec3_scale(w, sum),
+        if (pair->place[a] >= c->def->vertex_count) { /* of a mesh: works on the cloth */
+            Vec3 moved = vec3_scale(share * dt, contact_velocity(c, pair->place[a]));
+            c->statistics.work -= w * vec3_dot(sum, moved);
+        } else if (w != 0.0) {
+            contact_push(c, pair->place[a], vec3_scale(w, sum),
                          fabs(w) * 2.0 * (curvature + damping / dt));
         }
     }
 }
 
-static bool all_held(ContactView view, const Pair *pair) {
-    return view.held[pair->place[0]] && view.held[pair->place[1]] && view.held[pair->place[2]] &&
-           view.held[pair->place[3]];
+static bool all_held(const Contact *c, const Pair *pair) {
+    return c->held[pair->place[0]] && c->held[pair->place[1]] && c->held[pair->place[2]] &&
+           c->held[pair->place[3]];
 }
 
 /* Does the pair give a force? An edge-edge pair when both points lie inside their edges; a
  * vertex-triangle pair always, but once for every vertex or edge of the other side. If another pair stands for it, its bristle is that pair's */
-static bool is_active(Contact *c, ContactView view, int p) {
+static bool is_active(Contact *c, int p) {
     Pair *pair = &c->lists.pairs[p];
-    if (pair->distance >= pair->dhat || all_held(view, pair) ||
+    if (pair->distance >= pair->dhat || all_held(c, pair) ||
         (pair->kind == PAIR_EDGES && pair->feature != 3)) {
         pair->bristle = vec3(0, 0, 0);
         return false;
@@ -184,7 +199,7 @@ static bool is_active(Contact *c, ContactView view, int p) {
     return twin < 0;
 }
 
-void self_forces(Contact *c, ContactView view, double dt, double share) {
+void self_forces(Contact *c, double dt, double share) {
     Lists *l = &c->lists;
     int spent = 0;
     for (int i = 0; i < l->group_pair_count; i++) {
@@ -199,20 +214,22 @@ void self_forces(Contact *c, ContactView view, double dt, double share) {
     contact_clear_twins(c, c->due_count);
     for (int k = 0; k < c->due_count; k++) {
         Pair *pair = &l->pairs[c->due_pairs[k].pair];
-        c->statistics.smallest_self_gap = min2(c->statistics.smallest_self_gap, pair->distance);
-        if (is_active(c, view, c->due_pairs[k].pair)) {
-            push_pair(c, view, pair, dt, share);
+        double *gap = pair_obstacle(c, pair) < 0 ? &c->statistics.smallest_self_gap
+                                                 : &c->statistics.smallest_gap;
+        *gap = min2(*gap, pair->distance);
+        if (is_active(c, c->due_pairs[k].pair)) {
+            push_pair(c, pair, dt, share);
         }
     }
 }
 
-double self_energy(Contact *c, ContactView view, double dt) {
+double self_energy(Contact *c, double dt) {
     double energy = 0.0;
     contact_clear_twins(c, c->due_count);
     for (int k = 0; k < c->due_count; k++) {
         const Pair *pair = &c->lists.pairs[c->due_pairs[k].pair];
         double force, curvature;
-        if (is_active(c, view, c->due_pairs[k].pair)) {
+        if (is_active(c, c->due_pairs[k].pair)) {
             energy += contact_law(pair->distance, pair->dhat, pair_stiffness(c, pair, dt), &force,
                                   &curvature);
         }
@@ -244,14 +261,14 @@ void self_refresh(Contact *c, double dt) {
     c->level_step = step;
 }
 
-static void pair_impulse(Contact *c, ContactView view, const Pair *pair, double dt) {
+static void pair_impulse(Contact *c, const Pair *pair, double dt) {
     double floor = CONTACT_IMPULSE_GAP * pair->dhat;
-    double vn = vec3_dot(pair_velocity(view, pair), pair->normal);
+    double vn = vec3_dot(pair_velocity(c, pair), pair->normal);
     double least = pair->distance > floor ? (floor - pair->distance) / dt : 0.0;
-    contact_impulse(c, view, 4, pair->place, pair->weight, pair->normal, vn, least);
+    contact_impulse(c, 4, pair->place, pair->weight, pair->normal, vn, least);
 }
 
-void self_impulses(Contact *c, ContactView view, double dt) {
+void self_impulses(Contact *c, double dt) {
     const Lists *l = &c->lists;
     int count = 0;
     for (int k = 0; k < c->due_count; k++) {
@@ -262,16 +279,34 @@ void self_impulses(Contact *c, ContactView view, double dt) {
         }
     }
     for (int k = 0; k < count; k++) {
-        pair_impulse(c, view, &l->pairs[c->tight[k]], dt);
+        pair_impulse(c, &l->pairs[c->tight[k]], dt);
     }
     for (int k = count - 1; k >= 0; k--) {
-        pair_impulse(c, view, &l->pairs[c->tight[k]], dt);
+        pair_impulse(c, &l->pairs[c->tight[k]], dt);
+    }
+}
+
+/* cloth at a mesh: its vertices stay beyond the closest point of the mesh, less what is reserved
+ * for the mesh's own motion */
+static void shorten_at_mesh(Contact *c, const Points *x, const Pair *pair, double dt) {
+    int first = pair->kind == PAIR_FACE ? 1 : 2;
+    bool before = pair->place[0] < c->def->vertex_count; /* is the cloth the first feature? */
+    int begin = before ? 0 : first, end = before ? first : 4;
+    Vec3 away = vec3_scale(before ? 1.0 : -1.0, pair->normal), closest = {0, 0, 0};
+    for (int a = begin; a < end; a++) {
+        double w = fabs(pair->weight[a]);
+        closest = vec3_axpy(closest, w, point_at(x, pair->place[a]));
+    }
+    double reserve = max2(0.0, min2(mesh_reach(c, pair, away), 0.5 * pair->distance));
+    double floor = reserve + CONTACT_PLANE_FLOOR * pair->dhat - pair->distance;
+    for (int a = begin; a < end; a++) {
+        double over = vec3_dot(away, vec3_sub(point_at(x, pair->place[a]), closest));
+        contact_hold_back(c, pair->place[a], away, over - floor, dt);
     }
 }
 
 /* every vertex stays on its side of the plane through the middle of the closest points */
-static void pair_shorten(Contact *c, ContactView view, const Points *x, const Pair *pair,
-                         double dt) {
+static void pair_shorten(Contact *c, const Points *x, const Pair *pair, double dt) {
     int first = pair->kind == PAIR_FACE ? 1 : 2;
     Vec3 n = pair->normal, middle = {0, 0, 0};
     for (int a = 0; a < first; a++) {
@@ -281,20 +316,23 @@ static void pair_shorten(Contact *c, ContactView view, const Points *x, const Pa
     for (int a = 0; a < 4; a++) {
         Vec3 away = vec3_scale(a < first ? 1.0 : -1.0, n);
         double height = vec3_dot(away, vec3_sub(point_at(x, pair->place[a]), middle));
-        contact_hold_back(c, view, pair->place[a], away, height - CONTACT_MIDDLE_FLOOR * pair->dhat,
-                          dt);
+        contact_hold_back(c, pair->place[a], away, height - CONTACT_MIDDLE_FLOOR * pair->dhat, dt);
     }
 }
 
-void self_shorten(Contact *c, ContactView view, double dt) {
+void self_shorten(Contact *c, double dt) {
     Points x = contact_positions(c);
     for (int k = 0; k < c->due_count; k++) {
         const GroupPair *owner = &c->lists.group_pairs[c->due_pairs[k].owner];
         const Pair *pair = &c->lists.pairs[c->due_pairs[k].pair];
-        double least = 0.5 * pair->distance - CONTACT_MIDDLE_FLOOR * pair->dhat;
+        double least = 0.5 * pair->distance - CONTACT_PLANE_FLOOR * pair->dhat;
         double motion = dt * max2(c->motion[owner->a].fastest, c->motion[owner->b].fastest);
         if (motion > CONTACT_PLANE_SHARE * least) { /* no vertex is nearer to the plane */
-            pair_shorten(c, view, &x, pair, dt);
+            if (pair_obstacle(c, pair) < 0) {
+                pair_shorten(c, &x, pair, dt);
+            } else {
+                shorten_at_mesh(c, &x, pair, dt);
+            }
         }
     }
 }

@@ -26,6 +26,7 @@ typedef struct SurfacePanel {
     double h1, h2;          /* [m] spacing */
     double distance;        /* [m] contact distance of this cloth */
     double mass;            /* [kg] mean of a vertex */
+    bool obstacle, still;   /* a mesh, moved by a programme; one that never moves */
 } SurfacePanel;
 
 typedef struct SurfaceCell {

@@ -31,6 +31,13 @@ static bool create(const System *system, void **data, Error *error) {
     return true;
 }
 
+static double box_point_distance(Vec3 low, Vec3 high, Vec3 p) {
+    Vec3 out = {fmax(fmax(low.x - p.x, p.x - high.x), 0.0),
+                fmax(fmax(low.y - p.y, p.y - high.y), 0.0),
+                fmax(fmax(low.z - p.z, p.z - high.z), 0.0)};
+    return vec3_length(out);
+}
+
 /* [m/s] how fast a vertex that can reach an obstacle within the interval goes for it */
 static double approach_speed(const System *system, const State *state, double interval) {
     double fastest = 0.0, gain = vec3_length(system->scene->gravity) * interval;
@@ -38,12 +45,22 @@ static double approach_speed(const System *system, const State *state, double in
         const ContactObstacle *obstacle = &system->contact.obstacles[o];
         Pose now = state->contact.poses[o];
         Pose next = contact_pose(obstacle, state->contact.clocks[o] + interval);
+        Vec3 low = {0, 0, 0}, high = {0, 0, 0};
+        if (obstacle->mesh) {
+            low = vec3_load(obstacle->mesh->low), high = vec3_load(obstacle->mesh->high);
+        }
         for (int i = 0; i < system->place_count; i++) {
             Vec3 normal, x = vec3_load(state->x + 3 * i), p = pose_unapply(now, x);
-            double distance = solid_distance(&obstacle->solid, p, &normal);
             Vec3 carried = vec3_sub(pose_apply(next, p), x);
             Vec3 v = vec3_axpy(vec3_load(state->v + 3 * i), -1.0 / interval, carried);
-            double speed = gain - vec3_dot(v, quat_rotate(now.turn, normal));
+            double distance, speed;
+            if (obstacle->mesh) { /* near its box it may go for it in any direction */
+                distance = box_point_distance(low, high, p);
+                speed = gain + vec3_length(v);
+            } else {
+                distance = solid_distance(&obstacle->solid, p, &normal);
+                speed = gain - vec3_dot(v, quat_rotate(now.turn, normal));
+            }
             if (distance < speed * interval + system->contact.distance) {
                 fastest = fmax(fastest, speed);
             }

@@ -401,16 +401,14 @@ static void stop_all(Explicit *e) {
     }
 }
 
-static ContactView view_of(Explicit *e) { return (ContactView){&e->lanes, e->slot, e->held}; }
-
 /* one kick, with the contacts of this instant */
 static void kick_with_contact(Explicit *e, double dt, double share, double time_end) {
     if (e->contact) {
-        contact_forces(e->contact, view_of(e), dt, share, time_end);
+        contact_forces(e->contact, dt, share, time_end);
     }
     kick(e, share * dt);
     if (e->contact) {
-        contact_clear(e->contact, view_of(e));
+        contact_clear(e->contact);
     }
 }
 
@@ -418,7 +416,7 @@ static void kick_with_contact(Explicit *e, double dt, double share, double time_
 static double guarded_drift(Explicit *e, double dt) {
     if (e->contact) {
         double fastest = contact_is_quiet(e->contact) ? fastest_now(e) : 0.0;
-        contact_guard(e->contact, view_of(e), dt, fastest);
+        contact_guard(e->contact, dt, fastest);
     }
     return drift(e, dt);
 }
@@ -469,7 +467,7 @@ static double total_energy(Explicit *e, double dt, const State *state, double *s
     double kinetic = system_kinetic_energy(e->system, state->v, e->held);
     double elastic = system_elastic_energy(e->system, state->x);
     double gravity = system_gravity_energy(e->system, state->x, e->held);
-    *contact = e->contact ? contact_energy(e->contact, view_of(e), dt) : 0.0;
+    *contact = e->contact ? contact_energy(e->contact, dt) : 0.0;
     *scale = fmax(*scale, kinetic + elastic + *contact);
     return kinetic + elastic + gravity + *contact;
 }
@@ -506,7 +504,8 @@ ExplicitResult explicit_interval(Explicit *e, const ExplicitRun *run, State *sta
     e->air_work = 0.0;
     set_damping(e, run);
     if (e->contact) {
-        contact_begin(e->contact, view_of(e), &state->contact, run->dt);
+        contact_begin(e->contact, (ContactView){&e->lanes, e->slot, e->held}, &state->contact,
+                      run->dt);
     }
     double contact, before = total_energy(e, run->dt, state, &result.energy_scale, &contact);
     memcpy(e->v_held, state->v, 3 * (size_t)e->system->place_count * sizeof *e->v_held);

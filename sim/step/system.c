@@ -70,8 +70,13 @@ static void create_obstacles(System *system) {
     ContactObstacle *obstacles = arena_push(system->arena, ContactObstacle, scene->obstacle_count);
     for (int o = 0; o < scene->obstacle_count; o++) {
         const ObstacleDef *def = &scene->obstacles[o];
-        obstacles[o] = (ContactObstacle){def->solid, def->pose, &def->motion, def->friction,
-                                         def->motion.piece_count > 0};
+        bool by_itself = def->mesh && def->mesh->frame_count > 1;
+        obstacles[o] = (ContactObstacle){.solid = def->solid,
+                                         .mesh = def->mesh,
+                                         .start = def->pose,
+                                         .motion = &def->motion,
+                                         .friction = def->friction,
+                                         .moves = by_itself || def->motion.piece_count > 0};
     }
     system->contact.obstacle_count = scene->obstacle_count;
     system->contact.obstacles = obstacles;
@@ -134,6 +139,17 @@ CrossingMesh system_mesh(const System *system, const double *x, Arena *arena) {
         }
     }
     return (CrossingMesh){system->place_count, count, x, triangles};
+}
+
+CrossingMesh system_obstacle_mesh(const System *system, int obstacle, Pose pose, double clock,
+                                  Arena *arena) {
+    const MeshDef *def = system->contact.obstacles[obstacle].mesh;
+    double *x = arena_push(arena, double, 3 * (size_t)def->vertex_count);
+    mesh_positions(def, clock, x);
+    for (int i = 0; i < def->vertex_count; i++) {
+        vec3_store(x + 3 * i, pose_apply(pose, vec3_load(x + 3 * i)));
+    }
+    return (CrossingMesh){def->vertex_count, def->triangle_count, x, def->triangles};
 }
 
 bool system_has_contact(const System *system) {

@@ -39,6 +39,10 @@ bool system_has_contact(const System *system);
 /* The surface of all cloths at x (place_count x 3), for the exact check; x stays borrowed. */
 CrossingMesh system_mesh(const System *system, const double *x, Arena *arena);
 
+/* The mesh of an obstacle (not NULL) in the world. */
+CrossingMesh system_obstacle_mesh(const System *system, int obstacle, Pose pose, double clock,
+                                  Arena *arena);
+
 /* What changes. Copied before a step is tried, so that a bad step can be taken back. */
 typedef struct State {
     double time;      /* [s] */

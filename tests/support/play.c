@@ -29,9 +29,16 @@ long play_crossings(const Play *play) {
     CrossingMesh mesh = system_mesh(system, play->sim.state.x, &arena);
     long crossings = (long)crossing_count_self(&mesh, &arena).count;
     for (int o = 0; o < system->contact.obstacle_count; o++) {
-        crossings += (long)crossing_count_solid(&mesh, &system->contact.obstacles[o].solid,
-                                                play->sim.state.contact.poses[o])
-                         .count;
+        Pose pose = play->sim.state.contact.poses[o];
+        const ContactObstacle *obstacle = &system->contact.obstacles[o];
+        if (obstacle->mesh) {
+            CrossingMesh other =
+                system_obstacle_mesh(system, o, pose, play->sim.state.contact.clocks[o], &arena);
+            crossings += (long)crossing_count_between(&mesh, &other, &arena).count;
+            crossings += obstacle->mesh->closed && crossing_point_inside(&other, mesh.vertices);
+        } else {
+            crossings += (long)crossing_count_solid(&mesh, &obstacle->solid, pose).count;
+        }
     }
     arena_free(&arena);
     return crossings;

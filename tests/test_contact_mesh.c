@@ -1,0 +1,135 @@
+/* Cloth at triangle meshes: still, driven, turning, animated, pinching (explicit.md 8, 10.1, 10.2).
+ * Every frame is judged by the exact check. */
+#include <string.h>
+
+#include "tests/support/check.h"
+#include "tests/support/play.h"
+
+#define MESHES TOILE_SOURCE_DIR "/assets/meshes/"
+#define FABRIC                                                                                     \
+    "fabric: {name: f, weight: 150 g/m2, isotropic: {stretch: 1000 N/m, poisson: 0.3, bending: "   \
+    "1e-5 N m}}\n"
+#define SHEET                                                                                      \
+    "toile: 1\nfilm: {rate: 50, seconds: 9}\ncloth:\n  sheet:\n"                                   \
+    "    shape: {rectangle: {width: 40 cm, height: 40 cm}}\n    " FABRIC "    nodes: 21 x 21\n"
+#define HANGING                                                                                    \
+    SHEET "    turn: {axis: x, by: 90 deg}\nhandles:\n  - {hold: sheet.top}\nobstacles:\n"
+
+typedef struct Judged {
+    double crossings, lag, kinetic, gap;
+} Judged;
+
+static Judged judge(const char *text, double seconds) {
+    Play play;
+    Judged judged = {0};
+    play_start(&play, text);
+    for (int f = 1; f <= (int)(50 * seconds + 0.5); f++) {
+        play_to(&play, f / 50.0);
+        judged.crossings += (double)play_crossings(&play);
+        for (int o = 0; o < play.sim.system.contact.obstacle_count; o++) {
+            double lag = play.sim.state.time - play.sim.state.contact.clocks[o];
+            judged.lag = lag > judged.lag ? lag : judged.lag;
+        }
+    }
+    judged.kinetic = play.sim.statistics.kinetic;
+    judged.gap = play.sim.total.smallest_gap;
+    play_end(&play);
+    return judged;
+}
+
+/* dropped on a ball, a ring and an L with an inward edge */
+static void test_drape(void **unused) {
+    (void)unused;
+    const char *bodies[3] = {
+        "  body: {mesh: {file: " MESHES "icosphere.obj, scale: 10 cm}, at: [0, 0, -10.5 cm]}\n",
+        "  body: {mesh: {file: " MESHES "torus.ply, scale: 40 cm}, at: [0, 0, -5 cm]}\n",
+        "  body: {mesh: {file: " MESHES "l-shape.stl, scale: 1 m}, at: [0, 0, -11 cm]}\n"};
+    for (int k = 0; k < 3; k++) {
+        char text[2000];
+        snprintf(text, sizeof text, "%sobstacles:\n%s", SHEET "    at: [1 cm, 2 cm, 0]\n", bodies[k]);
+        Judged judged = judge(text, 0.6);
+        CHECK_AT_MOST(judged.crossings, 0.0);
+        assert_true(judged.gap < 1e-3); /* it did meet the mesh */
+    }
+}
+
+/* a fine ball pushed through hanging cloth at 1 and 5 m/s, and a turning L */
+static void test_driven(void **unused) {
+    (void)unused;
+    Judged slow = judge(
+        HANGING "  ball: {mesh: {file: " MESHES "icosphere.obj, scale: 6 cm}, at: [2 cm, 12 cm, -4 cm],"
+                " motion: [{move: {by: [0, -30 cm, 0], from: 0 s, to: 0.3 s}}]}\n",
+        0.4);
+    CHECK_AT_MOST(slow.crossings, 0.0);
+    CHECK_AT_MOST(slow.lag, 0.01);
+    Judged fast = judge(
+        HANGING "  ball: {mesh: {file: " MESHES "icosphere.obj, scale: 6 cm}, at: [2 cm, 12 cm, -4 cm],"
+                " motion: [{move: {by: [0, -30 cm, 0], from: 0 s, to: 0.06 s}}]}\n",
+        0.2);
+    CHECK_AT_MOST(fast.crossings, 0.0);
+    assert_true(slow.gap < 1e-3 && fast.gap < 1e-3);
+    Judged turning = judge(
+        HANGING "  ell: {mesh: {file: " MESHES "l-shape.stl, scale: 60 cm}, at: [0, 8 cm, -4 cm],"
+                " motion: [{turn: {axis: x, by: 1 turns, from: 0 s, to: 1 s}}]}\n",
+        0.8);
+    CHECK_AT_MOST(turning.crossings, 0.0);
+    assert_true(turning.gap < 1e-3);
+}
+
+/* two balls close on the cloth, wait there, and open again: no crossing and no burst */
+static void test_pinch(void **unused) {
+    (void)unused;
+    Judged judged = judge(
+        HANGING "  left: {mesh: {file: " MESHES "icosphere.obj, scale: 6 cm}, at: [0, 8 cm, -4 cm],"
+                " motion: [{move: {by: [0, -4 cm, 0], from: 0 s, to: 0.2 s}},"
+                " {move: {by: [0, 4 cm, 0], from: 0.4 s, to: 0.6 s}}]}\n"
+                "  right: {mesh: {file: " MESHES "icosphere.obj, scale: 6 cm}, at: [0, -8 cm, -4 cm],"
+                " motion: [{move: {by: [0, 4 cm, 0], from: 0 s, to: 0.2 s}},"
+                " {move: {by: [0, -4 cm, 0], from: 0.4 s, to: 0.6 s}}]}\n",
+        0.7);
+    CHECK_AT_MOST(judged.crossings, 0.0);
+    CHECK_AT_MOST(judged.kinetic, 2e-3);
+}
+
+/* a ring of cloth around the waist of the dress form that turns its hips and chest */
+static void test_animated(void **unused) {
+    (void)unused;
+    Judged judged = judge("toile: 1\nfilm: {rate: 50, seconds: 9}\ncloth:\n  sheet:\n"
+                          "    shape: {rectangle: {width: 60 cm, height: 60 cm}}\n    " FABRIC
+                          "    nodes: 25 x 25\n    at: [0, 0, 150 cm]\nobstacles:\n"
+                          "  form: {mesh: " MESHES "mannequin.glb, motion: file}\n",
+                          0.8);
+    CHECK_AT_MOST(judged.crossings, 0.0);
+    assert_true(judged.gap < 1e-3);
+}
+
+static void test_refused(void **unused) {
+    (void)unused;
+    Arena arena = {0};
+    Scene scene;
+    Sim sim;
+    Error error = {0};
+    SimOptions options = sim_options_default();
+    const char *inside = SHEET "obstacles:\n  body: {mesh: {file: " MESHES
+                               "icosphere.obj, scale: 10 cm}}\n";
+    assert_true(scene_parse("play", inside, strlen(inside), NULL, &arena, &scene, &error));
+    assert_false(sim_create(&sim, &scene, &options, &error));
+    assert_non_null(strstr(error.text, "crosses the mesh of obstacle 'body' at the start"));
+    const char *implicit =
+        SHEET "solver: {stepper: bdf2}\nobstacles:\n  body: {mesh: {file: " MESHES
+              "icosphere.obj, scale: 10 cm}, at: [0, 0, -20 cm]}\n";
+    error = (Error){0};
+    assert_true(scene_parse("play", implicit, strlen(implicit), NULL, &arena, &scene, &error));
+    assert_false(sim_create(&sim, &scene, &options, &error));
+    assert_non_null(strstr(error.text, "needs the stepper central"));
+    arena_free(&arena);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_drape),    cmocka_unit_test(test_driven),
+        cmocka_unit_test(test_pinch),    cmocka_unit_test(test_animated),
+        cmocka_unit_test(test_refused),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
