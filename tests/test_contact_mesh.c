@@ -46,7 +46,8 @@ static void test_drape(void **unused) {
         "  body: {mesh: {file: " MESHES "l-shape.stl, scale: 1 m}, at: [0, 0, -11 cm]}\n"};
     for (int k = 0; k < 3; k++) {
         char text[2000];
-        snprintf(text, sizeof text, "%sobstacles:\n%s", SHEET "    at: [1 cm, 2 cm, 0]\n", bodies[k]);
+        snprintf(text, sizeof text, "%sobstacles:\n%s", SHEET "    at: [1 cm, 2 cm, 0]\n",
+                 bodies[k]);
         Judged judged = judge(text, 0.6);
         CHECK_AT_MOST(judged.crossings, 0.0);
         assert_true(judged.gap < 1e-3); /* it did meet the mesh */
@@ -56,16 +57,16 @@ static void test_drape(void **unused) {
 /* a fine ball pushed through hanging cloth at 1 and 5 m/s, and a turning L */
 static void test_driven(void **unused) {
     (void)unused;
-    Judged slow = judge(
-        HANGING "  ball: {mesh: {file: " MESHES "icosphere.obj, scale: 6 cm}, at: [2 cm, 12 cm, -4 cm],"
-                " motion: [{move: {by: [0, -30 cm, 0], from: 0 s, to: 0.3 s}}]}\n",
-        0.4);
+    Judged slow = judge(HANGING "  ball: {mesh: {file: " MESHES
+                                "icosphere.obj, scale: 6 cm}, at: [2 cm, 12 cm, -4 cm],"
+                                " motion: [{move: {by: [0, -30 cm, 0], from: 0 s, to: 0.3 s}}]}\n",
+                        0.4);
     CHECK_AT_MOST(slow.crossings, 0.0);
     CHECK_AT_MOST(slow.lag, 0.01);
-    Judged fast = judge(
-        HANGING "  ball: {mesh: {file: " MESHES "icosphere.obj, scale: 6 cm}, at: [2 cm, 12 cm, -4 cm],"
-                " motion: [{move: {by: [0, -30 cm, 0], from: 0 s, to: 0.06 s}}]}\n",
-        0.2);
+    Judged fast = judge(HANGING "  ball: {mesh: {file: " MESHES
+                                "icosphere.obj, scale: 6 cm}, at: [2 cm, 12 cm, -4 cm],"
+                                " motion: [{move: {by: [0, -30 cm, 0], from: 0 s, to: 0.06 s}}]}\n",
+                        0.2);
     CHECK_AT_MOST(fast.crossings, 0.0);
     assert_true(slow.gap < 1e-3 && fast.gap < 1e-3);
     Judged turning = judge(
@@ -79,14 +80,15 @@ static void test_driven(void **unused) {
 /* two balls close on the cloth, wait there, and open again: no crossing and no burst */
 static void test_pinch(void **unused) {
     (void)unused;
-    Judged judged = judge(
-        HANGING "  left: {mesh: {file: " MESHES "icosphere.obj, scale: 6 cm}, at: [0, 8 cm, -4 cm],"
-                " motion: [{move: {by: [0, -4 cm, 0], from: 0 s, to: 0.2 s}},"
-                " {move: {by: [0, 4 cm, 0], from: 0.4 s, to: 0.6 s}}]}\n"
-                "  right: {mesh: {file: " MESHES "icosphere.obj, scale: 6 cm}, at: [0, -8 cm, -4 cm],"
-                " motion: [{move: {by: [0, 4 cm, 0], from: 0 s, to: 0.2 s}},"
-                " {move: {by: [0, -4 cm, 0], from: 0.4 s, to: 0.6 s}}]}\n",
-        0.7);
+    Judged judged =
+        judge(HANGING
+              "  left: {mesh: {file: " MESHES "icosphere.obj, scale: 6 cm}, at: [0, 8 cm, -4 cm],"
+              " motion: [{move: {by: [0, -4 cm, 0], from: 0 s, to: 0.2 s}},"
+              " {move: {by: [0, 4 cm, 0], from: 0.4 s, to: 0.6 s}}]}\n"
+              "  right: {mesh: {file: " MESHES "icosphere.obj, scale: 6 cm}, at: [0, -8 cm, -4 cm],"
+              " motion: [{move: {by: [0, 4 cm, 0], from: 0 s, to: 0.2 s}},"
+              " {move: {by: [0, -4 cm, 0], from: 0.4 s, to: 0.6 s}}]}\n",
+              0.7);
     CHECK_AT_MOST(judged.crossings, 0.0);
     CHECK_AT_MOST(judged.kinetic, 2e-3);
 }
@@ -110,8 +112,8 @@ static void test_refused(void **unused) {
     Sim sim;
     Error error = {0};
     SimOptions options = sim_options_default();
-    const char *inside = SHEET "obstacles:\n  body: {mesh: {file: " MESHES
-                               "icosphere.obj, scale: 10 cm}}\n";
+    const char *inside =
+        SHEET "obstacles:\n  body: {mesh: {file: " MESHES "icosphere.obj, scale: 10 cm}}\n";
     assert_true(scene_parse("play", inside, strlen(inside), NULL, &arena, &scene, &error));
     assert_false(sim_create(&sim, &scene, &options, &error));
     assert_non_null(strstr(error.text, "crosses the mesh of obstacle 'body' at the start"));
@@ -127,8 +129,8 @@ static void test_refused(void **unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_drape),    cmocka_unit_test(test_driven),
-        cmocka_unit_test(test_pinch),    cmocka_unit_test(test_animated),
+        cmocka_unit_test(test_drape),   cmocka_unit_test(test_driven),
+        cmocka_unit_test(test_pinch),   cmocka_unit_test(test_animated),
         cmocka_unit_test(test_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

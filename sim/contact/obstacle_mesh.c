@@ -108,7 +108,6 @@ void mesh_move(Contact *c, int o, double phi) {
         return;
     }
     size_t count = (size_t)(c->mesh_first[o + 1] - c->mesh_first[o]);
-    const double *target =
-        c->mesh_target + 3 * (size_t)(c->mesh_first[o] - c->def->vertex_count);
+    const double *target = c->mesh_target + 3 * (size_t)(c->mesh_first[o] - c->def->vertex_count);
     memcpy(x, target, 3 * count * sizeof *x);
 }
