@@ -14,15 +14,17 @@ typedef struct Options {
     const char *output; /* -o FILE */
     int first, last;    /* --frames A-B, from 0; last -1 = to the end */
     bool frames_given;
-    int width, height;       /* [px] --size WxH; 0 = the film's */
-    const Quality *quality;  /* --quality; standard */
-    const char *look;        /* --look NAME, instead of the cloths' own; NULL */
-    int threads;             /* --threads; all processors */
-    int count;               /* --count, pictures on a contact sheet; 12 */
-    bool force, json, quiet; /* --force --json --quiet */
-    bool crossings;          /* --crossings, of measure */
-    ExportDef export;        /* --as, --keys, --up, --unit, --pc2-frames, --vtp-ascii */
-    ProgressKind progress;   /* --progress=auto|json|none */
+    int width, height;                /* [px] --size WxH; 0 = the film's */
+    const Quality *quality;           /* --quality; standard */
+    const char *look;                 /* --look NAME, instead of the cloths' own; NULL */
+    int threads;                      /* --threads; all processors */
+    int count;                        /* --count, pictures on a contact sheet; 12 */
+    bool force, json, quiet;          /* --force --json --quiet */
+    bool crossings;                   /* --crossings, of measure */
+    ExportDef export;                 /* --as, --keys, --up, --unit, --pc2-frames, --vtp-ascii */
+    const char *profile, *thresholds; /* of diff; NULL */
+    bool resize, update;              /* of diff */
+    ProgressKind progress;            /* --progress=auto|json|none */
 } Options;
 
 Options options_default(void);
@@ -45,6 +47,7 @@ ExitCode command_render(const Options *options, Error *error);
 ExitCode command_sheet(const Options *options, Error *error);
 ExitCode command_measure(const Options *options, Error *error);
 ExitCode command_export(const Options *options, Error *error);
+ExitCode command_diff(const Options *options, Error *error);
 ExitCode command_looks(const Options *options, Error *error);
 ExitCode command_versions(const Options *options, Error *error);
 ExitCode command_bench(const Options *options, Error *error);

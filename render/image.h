@@ -28,6 +28,9 @@ typedef struct ImageText {
 bool image_write_png(const char *path, const Image *image, const ImageText *texts, int text_count,
                      Error *error);
 
+/* The same into an open stream; false when writing failed. */
+bool image_put_png(FILE *out, const Image *image, const ImageText *texts, int text_count);
+
 /* Reads any PNG as 8-bit RGBA. Errors: EXIT_MISSING_INPUT, EXIT_BAD_INPUT. */
 bool image_read_png(const char *path, Image *image, Error *error);
 
@@ -46,6 +49,15 @@ typedef struct ImageDifference {
     double psnr;           /* [dB] of red, green, blue; INFINITY if equal */
     double ssim;           /* of luma, 11 x 11 Gaussian, sigma 1.5 */
 } ImageDifference;
+
+/* SSIM as ffmpeg's filter has it: 8 x 8 windows, 4 pixels apart, mean over red, green, blue. NAN under
+ * 8 pixels. */
+double image_compare_blocks(const Image *a, const Image *b);
+
+/* FLIP [Andersson et al. 2020], mean over all pixels, 0..1: what an eye sees when the pictures are
+ * flipped, from IMAGE_FLIP_DENSITY pixels a degree. map: (height x width) of each pixel, or NULL. */
+#define IMAGE_FLIP_DENSITY 67.020643 /* [px/deg] 3840 pixels on 0.7 m, seen from 0.7 m */
+double image_compare_flip(const Image *a, const Image *b, float *map);
 
 #define IMAGE_STEP 3
 

@@ -83,6 +83,44 @@ static double compare_structure(const Image *a, const Image *b) {
     return sum / ((double)(width - WINDOW + 1) * (height - WINDOW + 1));
 }
 
+/* ---- ffmpeg's windows: sums over 4 x 4 pixels, four of which make a window ---- */
+
+#define BLOCK 4
+#define BLOCK_C1 ((double)(int64_t)(0.01 * 0.01 * 255 * 255 * 64 + 0.5))
+#define BLOCK_C2 ((double)(int64_t)(0.03 * 0.03 * 255 * 255 * 64 * 63 + 0.5))
+
+/* Sums of a, b, a a + b b, a b over the 8 x 8 pixels at (x, y). */
+static double block_ssim(const Image *a, const Image *b, int x, int y, int channel) {
+    int64_t s1 = 0, s2 = 0, ss = 0, s12 = 0;
+    for (int j = y; j < y + 2 * BLOCK; j++) {
+        for (int i = x; i < x + 2 * BLOCK; i++) {
+            size_t at = IMAGE_CHANNELS * ((size_t)j * a->width + i) + channel;
+            int p = a->rgba[at], q = b->rgba[at];
+            s1 += p, s2 += q, ss += p * p + q * q, s12 += p * q;
+        }
+    }
+    double both = (double)(s1 * s2), squares = (double)(s1 * s1 + s2 * s2);
+    double variance = (double)(ss * 64) - squares, covariance = (double)(s12 * 64) - both;
+    return (2.0 * both + BLOCK_C1) * (2.0 * covariance + BLOCK_C2) /
+           ((squares + BLOCK_C1) * (variance + BLOCK_C2));
+}
+
+double image_compare_blocks(const Image *a, const Image *b) {
+    int columns = a->width / BLOCK - 1, rows = a->height / BLOCK - 1;
+    if (columns < 1 || rows < 1) {
+        return NAN;
+    }
+    double sum = 0.0;
+    for (int channel = 0; channel < 3; channel++) {
+        for (int j = 0; j < rows; j++) {
+            for (int i = 0; i < columns; i++) {
+                sum += block_ssim(a, b, BLOCK * i, BLOCK * j, channel);
+            }
+        }
+    }
+    return sum / (3.0 * columns * rows);
+}
+
 ImageDifference image_compare(const Image *a, const Image *b) {
     ASSERT(a->width == b->width && a->height == b->height);
     size_t pixels = (size_t)a->width * (size_t)a->height, over = 0;

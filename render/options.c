@@ -23,6 +23,8 @@ const Command commands[] = {
      false},
     {"export", "RUN --as FORMAT -o PATH", "the moving mesh in a format of other programs",
      command_export, 1, 1, false},
+    {"diff", "A B", "whether pictures, videos, runs or folders are the same; exit code 1 if not",
+     command_diff, 2, 2, false},
     {"looks", "", "what cloths and obstacles can look like", command_looks, 0, 0, false},
     {"versions", "", "versions of the libraries in use", command_versions, 0, 0, false},
     {"bench", "RUN", "CPU time of each stage of a frame, as CSV", command_bench, 1, 1, true},
@@ -149,7 +151,7 @@ typedef struct OptionRow {
 #define DRAWING "render sheet bench"
 
 static const OptionRow rows[] = {
-    {"output", "PATH", "render sheet export", "where to write", TEXT, 0, FIELD(output), NULL},
+    {"output", "PATH", "render sheet export diff", "where to write", TEXT, 0, FIELD(output), NULL},
     {"frames", "A-B", NULL, "only these frames, from 0; A or A- too", READER, 0, 0, read_frames},
     {"size", "WxH", DRAWING, "[px] even; default: the film's", READER, 0, 0, read_size},
     {"quality", "NAME", DRAWING, "draft, standard, quality", READER, 0, 0, read_quality},
@@ -173,6 +175,11 @@ static const OptionRow rows[] = {
     {"pc2-frames", NULL, "export", "obj-pc2: count start and step in frames (3ds Max)", FLAG, 0,
      FIELD(export.pc2_frames), NULL},
     {"vtp-ascii", NULL, "export", "vtp: numbers as text", FLAG, 0, FIELD(export.vtp_ascii), NULL},
+    {"profile", "NAME", "diff", "exact, golden, lossy, look; golden", TEXT, 0, FIELD(profile),
+     NULL},
+    {"thresholds", "FILE", "diff", "limits of your own", TEXT, 0, FIELD(thresholds), NULL},
+    {"resize", NULL, "diff", "bring B to the size of A", FLAG, 0, FIELD(resize), NULL},
+    {"update", NULL, "diff", "accept: copy what differs from B to A", FLAG, 0, FIELD(update), NULL},
     {"threads", "N", NULL, "default: all processors", WHOLE, 1, FIELD(threads), NULL},
     {"force", NULL, NULL, "make it again; overwrite files of others", FLAG, 0, FIELD(force), NULL},
     {"json", NULL, NULL, "results as JSON", FLAG, 0, FIELD(json), NULL},

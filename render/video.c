@@ -218,42 +218,191 @@ bool video_read_comment(const char *path, char *text, int size) {
     return found;
 }
 
-/* ---- looking at a video ---- */
+/* ---- reading ---- */
 
-typedef struct Probe {
+struct VideoReader {
+    char path[4096];
     AVFormatContext *file;
     AVCodecContext *decoder;
     AVPacket *packet;
     AVFrame *frame;
-    VideoInfo *info;
-    int wanted;
-    Image *image;
-} Probe;
+    struct SwsContext *scaler;
+    int stream, orientation;
+    bool ended; /* the decoder was told that nothing more comes */
+};
 
-static void take_picture(Probe *probe) {
-    AVFrame *frame = probe->frame;
-    *probe->image = image_create(frame->width, frame->height);
-    struct SwsContext *scaler = sws_getContext(
-        frame->width, frame->height, frame->format, frame->width, frame->height, AV_PIX_FMT_RGB0,
-        SWS_BICUBIC | SWS_ACCURATE_RND | SWS_FULL_CHR_H_INT, NULL, NULL, NULL);
-    ASSERT(scaler);
-    const int *table = sws_getCoefficients(SWS_CS_ITU709);
-    sws_setColorspaceDetails(scaler, table, 0, table, 1, 0, FIXED_ONE, FIXED_ONE);
-    uint8_t *rows[1] = {probe->image->rgba};
-    int stride[1] = {IMAGE_CHANNELS * frame->width};
-    sws_scale(scaler, (const uint8_t *const *)frame->data, frame->linesize, 0, frame->height, rows,
-              stride);
-    sws_freeContext(scaler);
+static float srgb_of(float linear) {
+    float x = linear > 0.0f ? linear < 1.0f ? linear : 1.0f : 0.0f; /* NaN: black */
+    return x <= 0.0031308f ? 12.92f * x : 1.055f * powf(x, 1.0f / 2.4f) - 0.055f;
 }
 
-static void drain(Probe *probe) {
-    while (avcodec_receive_frame(probe->decoder, probe->frame) >= 0) {
-        if (probe->info->frames == probe->wanted && probe->image) {
-            take_picture(probe);
+/* Planes of 32-bit floats in linear light: green, blue, red, alpha. */
+static void take_floats(const AVFrame *frame, Image *image) {
+    static const int plane_of[4] = {2, 0, 1, 3};
+    bool alpha = frame->format == AV_PIX_FMT_GBRAPF32LE;
+    for (int y = 0; y < image->height; y++) {
+        uint8_t *out = image->rgba + IMAGE_CHANNELS * (size_t)y * (size_t)image->width;
+        for (int k = 0; k < 4; k++) {
+            int plane = plane_of[k];
+            const float *row =
+                k < 3 || alpha
+                    ? (const float *)(const void *)(frame->data[plane] +
+                                                    (ptrdiff_t)y * frame->linesize[plane])
+                    : NULL;
+            for (int x = 0; x < image->width; x++) {
+                float value = !row ? 1.0f : k < 3 ? srgb_of(row[x]) : row[x] > 0.0f ? row[x] : 0.0f;
+                out[IMAGE_CHANNELS * x + k] = (uint8_t)(255.0f * fminf(value, 1.0f) + 0.5f);
+            }
         }
-        probe->info->frames++;
     }
 }
+
+/* Any other format through swscale, by the colours that the file claims. */
+static bool take_pixels(VideoReader *reader, Image *image) {
+    const AVFrame *frame = reader->frame;
+    bool alpha = av_pix_fmt_desc_get(frame->format)->flags & AV_PIX_FMT_FLAG_ALPHA;
+    bool pal = frame->format == AV_PIX_FMT_PAL8;
+    reader->scaler = sws_getCachedContext(
+        reader->scaler, frame->width, frame->height, frame->format, frame->width, frame->height,
+        alpha || pal ? AV_PIX_FMT_RGBA : AV_PIX_FMT_RGB0,
+        SWS_BICUBIC | SWS_ACCURATE_RND | SWS_FULL_CHR_H_INT, NULL, NULL, NULL);
+    if (!reader->scaler) {
+        return false;
+    }
+    bool jpeg = frame->color_range == AVCOL_RANGE_JPEG;
+    int space = frame->colorspace == AVCOL_SPC_BT709 ? SWS_CS_ITU709 : SWS_CS_ITU601;
+    sws_setColorspaceDetails(reader->scaler, sws_getCoefficients(space), jpeg,
+                             sws_getCoefficients(SWS_CS_ITU709), 1, 0, FIXED_ONE, FIXED_ONE);
+    uint8_t *rows[1] = {image->rgba};
+    int stride[1] = {IMAGE_CHANNELS * frame->width};
+    sws_scale(reader->scaler, (const uint8_t *const *)frame->data, frame->linesize, 0,
+              frame->height, rows, stride);
+    for (size_t i = 0; !alpha && !pal && i < (size_t)frame->width * (size_t)frame->height; i++) {
+        image->rgba[IMAGE_CHANNELS * i + 3] = 255;
+    }
+    return true;
+}
+
+static bool take_picture(VideoReader *reader, Image *image) {
+    const AVFrame *frame = reader->frame;
+    const AVDictionaryEntry *held = av_dict_get(frame->metadata, "Orientation", NULL, 0);
+    int orientation = held ? atoi(held->value) : 1;
+    reader->orientation = orientation >= 1 && orientation <= 8 ? orientation : 1;
+    *image = image_create(frame->width, frame->height);
+    if (frame->format == AV_PIX_FMT_GBRPF32LE || frame->format == AV_PIX_FMT_GBRAPF32LE) {
+        take_floats(frame, image);
+        return true;
+    }
+    if (!take_pixels(reader, image)) {
+        image_free(image);
+        return false;
+    }
+    return true;
+}
+
+static bool open_decoder(VideoReader *reader, Error *error) {
+    const AVCodec *codec = NULL;
+    int code = avformat_find_stream_info(reader->file, NULL);
+    int number = av_find_best_stream(reader->file, AVMEDIA_TYPE_VIDEO, -1, -1, &codec, 0);
+    if (code < 0 || number < 0) {
+        return error_set(error, EXIT_BAD_INPUT, "%s: there is no video in it", reader->path);
+    }
+    reader->stream = number;
+    reader->decoder = avcodec_alloc_context3(codec);
+    ASSERT(reader->decoder);
+    reader->decoder->thread_count = 1;
+    reader->decoder->max_pixels = VIDEO_MOST_PIXELS;
+    if (codec->id != AV_CODEC_ID_TIFF) { /* whose decoder takes every unknown tag for damage */
+        reader->decoder->err_recognition |= AV_EF_EXPLODE;
+    }
+    avcodec_parameters_to_context(reader->decoder, reader->file->streams[number]->codecpar);
+    return avcodec_open2(reader->decoder, codec, NULL) >= 0 ||
+           error_set(error, EXIT_BAD_INPUT, "%s: cannot be decoded", reader->path);
+}
+
+VideoReader *video_open(const char *path, Error *error) {
+    av_log_set_level(AV_LOG_QUIET);
+    VideoReader *reader = calloc(1, sizeof *reader);
+    ASSERT(reader);
+    snprintf(reader->path, sizeof reader->path, "%s", path);
+    reader->orientation = 1;
+    int code = avformat_open_input(&reader->file, path, NULL, NULL);
+    reader->packet = av_packet_alloc();
+    reader->frame = av_frame_alloc();
+    ASSERT(reader->packet && reader->frame);
+    if (code < 0) {
+        error_set(error, code == AVERROR(ENOENT) ? EXIT_MISSING_INPUT : EXIT_BAD_INPUT,
+                  "%s: is no video or picture that can be read", path);
+    }
+    if (code < 0 || !open_decoder(reader, error)) {
+        video_reader_close(reader);
+        return NULL;
+    }
+    return reader;
+}
+
+/* Gives the decoder the next packet of the stream, or tells it that there is none. */
+static bool feed(VideoReader *reader) {
+    while (av_read_frame(reader->file, reader->packet) >= 0) {
+        bool ours = reader->packet->stream_index == reader->stream;
+        int code = ours ? avcodec_send_packet(reader->decoder, reader->packet) : 0;
+        av_packet_unref(reader->packet);
+        if (ours) {
+            return code >= 0;
+        }
+    }
+    reader->ended = true;
+    return avcodec_send_packet(reader->decoder, NULL) >= 0;
+}
+
+VideoNext video_next(VideoReader *reader, Image *image, Error *error) {
+    for (;;) {
+        int code = avcodec_receive_frame(reader->decoder, reader->frame);
+        if (code == AVERROR_EOF) {
+            return VIDEO_END;
+        }
+        bool good = code >= 0 ? !(reader->frame->flags & AV_FRAME_FLAG_CORRUPT) &&
+                                    take_picture(reader, image)
+                              : code == AVERROR(EAGAIN) && !reader->ended && feed(reader);
+        if (!good) {
+            error_set(error, EXIT_BAD_INPUT, "%s: is damaged, or larger than %d pixels",
+                      reader->path, VIDEO_MOST_PIXELS);
+            return VIDEO_WRONG;
+        }
+        if (code >= 0) {
+            return VIDEO_PICTURE;
+        }
+    }
+}
+
+int video_orientation(const VideoReader *reader) { return reader->orientation; }
+
+void video_reader_close(VideoReader *reader) {
+    if (reader) {
+        sws_freeContext(reader->scaler);
+        av_packet_free(&reader->packet);
+        av_frame_free(&reader->frame);
+        avcodec_free_context(&reader->decoder);
+        avformat_close_input(&reader->file);
+        free(reader);
+    }
+}
+
+Image video_resize(const Image *image, int width, int height) {
+    Image out = image_create(width, height);
+    struct SwsContext *scaler =
+        sws_getContext(image->width, image->height, AV_PIX_FMT_RGBA, width, height, AV_PIX_FMT_RGBA,
+                       SWS_BICUBIC | SWS_ACCURATE_RND | SWS_BITEXACT, NULL, NULL, NULL);
+    ASSERT(scaler);
+    const uint8_t *rows[1] = {image->rgba};
+    uint8_t *to[1] = {out.rgba};
+    int stride[1] = {IMAGE_CHANNELS * image->width}, to_stride[1] = {IMAGE_CHANNELS * width};
+    sws_scale(scaler, rows, stride, 0, image->height, to, to_stride);
+    sws_freeContext(scaler);
+    return out;
+}
+
+/* ---- looking at a video ---- */
 
 static void set_text(char *out, size_t size, const char *text) {
     snprintf(out, size, "%s", text ? text : "unknown");
@@ -290,53 +439,25 @@ static bool index_is_first(const char *path) {
     return first;
 }
 
-static bool probe_stream(Probe *probe, const char *path, Error *error) {
-    const AVCodec *codec = NULL;
-    int code = avformat_find_stream_info(probe->file, NULL);
-    int number = av_find_best_stream(probe->file, AVMEDIA_TYPE_VIDEO, -1, -1, &codec, 0);
-    if (code < 0 || number < 0) {
-        return error_set(error, EXIT_BAD_INPUT, "%s: there is no video in it", path);
-    }
-    AVStream *stream = probe->file->streams[number];
-    describe(stream, probe->info);
-    probe->decoder = avcodec_alloc_context3(codec);
-    ASSERT(probe->decoder);
-    probe->decoder->thread_count = 1;
-    avcodec_parameters_to_context(probe->decoder, stream->codecpar);
-    if (avcodec_open2(probe->decoder, codec, NULL) < 0) {
-        return error_set(error, EXIT_BAD_INPUT, "%s: cannot be decoded", path);
-    }
-    while (av_read_frame(probe->file, probe->packet) >= 0) {
-        if (probe->packet->stream_index == number &&
-            avcodec_send_packet(probe->decoder, probe->packet) >= 0) {
-            drain(probe);
-        }
-        av_packet_unref(probe->packet);
-    }
-    avcodec_send_packet(probe->decoder, NULL);
-    drain(probe);
-    return true;
-}
-
 bool video_probe(const char *path, VideoInfo *info, int frame, Image *image, Error *error) {
-    av_log_set_level(AV_LOG_QUIET);
     *info = (VideoInfo){0};
-    Probe probe = {.info = info, .wanted = frame, .image = image};
-    int code = avformat_open_input(&probe.file, path, NULL, NULL);
-    if (code < 0) {
-        return error_set(error, code == AVERROR(ENOENT) ? EXIT_MISSING_INPUT : EXIT_BAD_INPUT,
-                         "%s: is no video that can be read", path);
+    VideoReader *reader = video_open(path, error);
+    if (!reader) {
+        return false;
     }
-    probe.packet = av_packet_alloc();
-    probe.frame = av_frame_alloc();
-    ASSERT(probe.packet && probe.frame);
-    bool good = probe_stream(&probe, path, error);
+    describe(reader->file->streams[reader->stream], info);
     info->index_first = index_is_first(path);
-    av_packet_free(&probe.packet);
-    av_frame_free(&probe.frame);
-    avcodec_free_context(&probe.decoder);
-    avformat_close_input(&probe.file);
-    return good;
+    Image now;
+    VideoNext next;
+    while ((next = video_next(reader, &now, error)) == VIDEO_PICTURE) {
+        if (info->frames++ == frame && image) {
+            *image = now;
+        } else {
+            image_free(&now);
+        }
+    }
+    video_reader_close(reader);
+    return next == VIDEO_END;
 }
 
 void video_print_versions(FILE *out) {

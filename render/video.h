@@ -49,6 +49,27 @@ typedef struct VideoInfo {
  * EXIT_BAD_INPUT. */
 bool video_probe(const char *path, VideoInfo *info, int frame, Image *image, Error *error);
 
+/* ---- reading pictures one after the other: videos, and pictures of other kinds than PNG ---- */
+
+typedef struct VideoReader VideoReader;
+
+typedef enum VideoNext { VIDEO_PICTURE, VIDEO_END, VIDEO_WRONG } VideoNext;
+
+/* Errors: EXIT_MISSING_INPUT, EXIT_BAD_INPUT (nothing that FFmpeg decodes). */
+VideoReader *video_open(const char *path, Error *error);
+/* The next picture as 8-bit sRGB; *image is made here. Linear light (EXR) gets the curve of sRGB.
+ * VIDEO_WRONG: damaged (EXIT_BAD_INPUT). */
+VideoNext video_next(VideoReader *reader, Image *image, Error *error);
+/* How a camera was held: 1 upright, 2 to 8 as in EXIF; of the last picture. */
+int video_orientation(const VideoReader *reader);
+void video_reader_close(VideoReader *reader);
+
+/* Most pixels of a picture that is read: larger ones would only eat memory. */
+#define VIDEO_MOST_PIXELS 200000000
+
+/* A picture in another size (bicubic). */
+Image video_resize(const Image *image, int width, int height);
+
 /* Versions of the libraries, one line each. */
 void video_print_versions(FILE *out);
 
