@@ -9,7 +9,7 @@
 #define CONTACT_COURANT 0.25
 
 /* kinetic energy / (weight * size) that counts as rest, and for how long it must hold */
-#define CALM_ENERGY 3e-9
+#define CALM_ENERGY 2e-8
 #define CALM_SECONDS 0.5
 
 /* of the stability limit: what is faster is stopped by the guard, without bounce */
