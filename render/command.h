@@ -2,6 +2,7 @@
 #ifndef TOILE_RENDER_COMMAND_H
 #define TOILE_RENDER_COMMAND_H
 
+#include "render/drape.h"
 #include "render/draw.h"
 #include "render/export.h"
 #include "sim/base/progress.h"
@@ -22,6 +23,9 @@ typedef struct Options {
     bool force, json, quiet;          /* --force --json --quiet */
     bool crossings;                   /* --crossings, of measure */
     ExportDef export;                 /* --as, --keys, --up, --unit, --pc2-frames, --vtp-ascii */
+    DrapeDef drape;                   /* --cloth, --disc, --centre */
+    bool csv;                         /* of measure */
+    const char *plot;                 /* --plot FILE, of measure; NULL */
     const char *profile, *thresholds; /* of diff; NULL */
     bool resize, update;              /* of diff */
     ProgressKind progress;            /* --progress=auto|json|none */
@@ -46,6 +50,7 @@ ExitCode command_run(int argc, char **argv, Error *error);
 ExitCode command_render(const Options *options, Error *error);
 ExitCode command_sheet(const Options *options, Error *error);
 ExitCode command_measure(const Options *options, Error *error);
+ExitCode command_drape(const Options *options, Error *error);
 ExitCode command_export(const Options *options, Error *error);
 ExitCode command_diff(const Options *options, Error *error);
 ExitCode command_looks(const Options *options, Error *error);

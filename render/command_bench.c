@@ -8,6 +8,7 @@
 
 #include "render/command.h"
 #include "render/gl.h"
+#include "render/sheet.h"
 #include "render/video.h"
 
 #define BENCH_ROUNDS 5 /* each number is the smallest of so many */
@@ -152,5 +153,6 @@ ExitCode command_versions(const Options *options, Error *error) {
     }
     video_print_versions(stdout);
     image_print_versions(stdout);
+    sheet_print_versions(stdout);
     return EXIT_OK;
 }

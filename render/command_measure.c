@@ -75,9 +75,10 @@ static bool measure_range(const Options *options, Run *run, int first, int last,
 
 ExitCode command_measure(const Options *options, Error *error) {
     if (!options->crossings) {
-        error_set(error, EXIT_USAGE,
-                  "measure: what? --crossings counts triangles that cross or reach inside an "
-                  "obstacle, in every frame; exit code 1 when there are any");
+        return command_drape(options, error);
+    }
+    if (options->argument_count > 1) {
+        error_set(error, EXIT_USAGE, "measure --crossings looks at one run");
         return EXIT_USAGE;
     }
     Run run = {0};

@@ -121,8 +121,8 @@ static void set_corners(ExportBody *body, const double corner[2], Arena *arena) 
     corners->uv = uv;
 }
 
-/* Box of the panel, from its vertices; around: u goes on for one column more. */
-static void set_panel(ExportBody *body, const int32_t *lattice, double corner[2]) {
+/* Box of the panel, from its vertices. */
+static void set_panel(ExportBody *body, double corner[2]) {
     double low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
     for (int i = 0; i < body->vertex_count; i++) {
         for (int k = 0; k < 2; k++) {
@@ -134,33 +134,24 @@ static void set_panel(ExportBody *body, const int32_t *lattice, double corner[2]
         body->panel[k] = high[k] > low[k] ? high[k] - low[k] : 1.0;
         corner[k] = low[k];
     }
-    if (lattice[2] == 1 && lattice[0] > 1) {
-        body->panel[0] *= lattice[0] / (lattice[0] - 1.0);
-        body->mesh.period = body->panel[0];
+    if (body->mesh.period > 0.0) {
+        body->panel[0] = body->mesh.period;
     }
 }
 
 static void set_body(Export *export, const StateLayout *layout, int index) {
     ExportBody *body = &export->bodies[index];
     Arena *arena = &export->layout;
-    int begin = layout->triangle_begin[index];
     body->look = export->header->cloths[index].look;
     body->vertex_begin = layout->vertex_begin[index];
-    body->vertex_count = layout->vertex_begin[index + 1] - body->vertex_begin;
-    body->triangle_count = layout->triangle_begin[index + 1] - begin;
-    size_t numbers = 3 * (size_t)body->vertex_count;
-    int32_t *triangles = arena_push(arena, int32_t, 3 * (size_t)body->triangle_count);
-    for (int i = 0; i < 3 * body->triangle_count; i++) {
-        triangles[i] = layout->triangles[3 * (size_t)begin + (size_t)i] - body->vertex_begin;
-    }
-    double *uv = arena_push(arena, double, 2 * (size_t)body->vertex_count);
-    memcpy(uv, layout->vertex_material + 2 * (size_t)body->vertex_begin,
-           2 * sizeof *uv * (size_t)body->vertex_count);
-    body->triangles = triangles;
-    body->mesh = (FieldMesh){body->vertex_count, body->triangle_count, uv, triangles, 0.0};
+    body->mesh = field_mesh_create(layout, index, arena);
+    body->vertex_count = body->mesh.vertex_count;
+    body->triangle_count = body->mesh.triangle_count;
+    body->triangles = body->mesh.triangles;
     double corner[2];
-    set_panel(body, layout->lattice + 4 * index, corner);
+    set_panel(body, corner);
     set_corners(body, corner, arena);
+    size_t numbers = 3 * (size_t)body->vertex_count;
     body->rest = arena_push(arena, float, numbers);
     body->position = arena_push(arena, float, numbers);
     body->normal = arena_push(arena, float, numbers);

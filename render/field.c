@@ -8,6 +8,31 @@
 
 #define FLAT 1e-12 /* of the squared longest side: a triangle with less area tells nothing */
 
+FieldMesh field_mesh_create(const StateLayout *layout, int cloth, Arena *arena) {
+    int first = layout->vertex_begin[cloth], begin = layout->triangle_begin[cloth];
+    FieldMesh mesh = {layout->vertex_begin[cloth + 1] - first,
+                      layout->triangle_begin[cloth + 1] - begin, NULL, NULL, 0.0};
+    int32_t *triangles = arena_push(arena, int32_t, 3 * (size_t)mesh.triangle_count);
+    for (size_t i = 0; i < 3 * (size_t)mesh.triangle_count; i++) {
+        triangles[i] = layout->triangles[3 * (size_t)begin + i] - first;
+    }
+    double *uv = arena_push(arena, double, 2 * (size_t)mesh.vertex_count);
+    memcpy(uv, layout->vertex_material + 2 * (size_t)first,
+           2 * sizeof *uv * (size_t)mesh.vertex_count);
+    mesh.triangles = triangles;
+    mesh.uv = uv;
+    const int32_t *lattice = layout->lattice + 4 * cloth;
+    if (lattice[2] == 1 && lattice[0] > 1) { /* one column more closes the panel */
+        double low = INFINITY, high = -INFINITY;
+        for (int i = 0; i < mesh.vertex_count; i++) {
+            low = fmin(low, uv[2 * (size_t)i]);
+            high = fmax(high, uv[2 * (size_t)i]);
+        }
+        mesh.period = (high - low) * lattice[0] / (lattice[0] - 1.0);
+    }
+    return mesh;
+}
+
 Field field_create(int vertex_count, Arena *arena) {
     return (Field){.normal = arena_push(arena, double, 3 * (size_t)vertex_count),
                    .strain = arena_push(arena, double, 3 * (size_t)vertex_count),

@@ -14,6 +14,7 @@
 #include <stdint.h>
 
 #include "sim/base/arena.h"
+#include "sim/state/state.h"
 
 typedef struct FieldMesh {
     int vertex_count, triangle_count;
@@ -21,6 +22,9 @@ typedef struct FieldMesh {
     const int32_t *triangles; /* (triangle_count x 3), anticlockwise seen from the face side */
     double period;            /* [m] of u, where the panel closes on itself; 0: it does not */
 } FieldMesh;
+
+/* The surface of one cloth, with vertex numbers from 0. */
+FieldMesh field_mesh_create(const StateLayout *layout, int cloth, Arena *arena);
 
 typedef struct Field {
     double *normal;    /* unit (vertex_count x 3) */

@@ -18,9 +18,8 @@ const Command commands[] = {
     {"render", "RUN -o FILE", "video (mp4, mov, webm), sequence (%04d.png or a folder), picture",
      command_render, 1, 1, false},
     {"sheet", "RUN -o FILE.png", "contact sheet of a run", command_sheet, 1, 1, false},
-    {"measure", "RUN --crossings",
-     "triangles that cross in any frame; exit code 1 if there are any", command_measure, 1, 1,
-     false},
+    {"measure", "RUN...", "drape coefficient, folds, contour, strain; of several runs the ensemble",
+     command_measure, 1, MOST_ARGUMENTS - 1, false},
     {"export", "RUN --as FORMAT -o PATH", "the moving mesh in a format of other programs",
      command_export, 1, 1, false},
     {"diff", "A B", "whether pictures, videos, runs or folders are the same; exit code 1 if not",
@@ -39,6 +38,7 @@ Options options_default(void) {
                      .threads = processors > 0 ? (int)processors : 1,
                      .count = 12,
                      .export = export_default(),
+                     .drape = drape_default(),
                      .progress = PROGRESS_AUTO};
 }
 
@@ -133,6 +133,40 @@ static bool read_unit(const char *text, Options *options, Error *error) {
     return error_set(error, EXIT_USAGE, "--unit %s: expected m, cm or mm", text);
 }
 
+/* A length with or without a unit: 0.09, 9cm, "90 mm". */
+static bool read_length(const char *text, double *length, const char **rest) {
+    static const struct {
+        const char *name;
+        double scale;
+    } units[] = {{"mm", 1e-3}, {"cm", 1e-2}, {"m", 1.0}, {"", 1.0}};
+    char *end;
+    double value = strtod(text, &end);
+    const char *unit = end + strspn(end, " ");
+    for (size_t i = 0; end != text && isfinite(value) && i < sizeof units / sizeof *units; i++) {
+        size_t size = strlen(units[i].name);
+        if (strncmp(unit, units[i].name, size) == 0) {
+            *length = value * units[i].scale;
+            *rest = unit + size;
+            return true;
+        }
+    }
+    return false;
+}
+
+static bool read_disc(const char *text, Options *options, Error *error) {
+    const char *rest;
+    return (read_length(text, &options->drape.disc, &rest) && !*rest && options->drape.disc > 0) ||
+           error_set(error, EXIT_USAGE, "--disc %s: expected a radius like 9cm", text);
+}
+
+static bool read_centre(const char *text, Options *options, Error *error) {
+    const char *rest;
+    double *centre = options->drape.centre;
+    return (read_length(text, &centre[0], &rest) && *rest == ',' &&
+            read_length(rest + 1, &centre[1], &rest) && !*rest) ||
+           error_set(error, EXIT_USAGE, "--centre %s: expected X,Y like 2cm,0", text);
+}
+
 /* ---- the table; its first row has the short name -o ---- */
 
 typedef enum OptionKind { FLAG, TEXT, WHOLE, READER } OptionKind;
@@ -151,7 +185,8 @@ typedef struct OptionRow {
 #define DRAWING "render sheet bench"
 
 static const OptionRow rows[] = {
-    {"output", "PATH", "render sheet export diff", "where to write", TEXT, 0, FIELD(output), NULL},
+    {"output", "PATH", "render sheet measure export diff", "where to write", TEXT, 0, FIELD(output),
+     NULL},
     {"frames", "A-B", NULL, "only these frames, from 0; A or A- too", READER, 0, 0, read_frames},
     {"size", "WxH", DRAWING, "[px] even; default: the film's", READER, 0, 0, read_size},
     {"quality", "NAME", DRAWING, "draft, standard, quality", READER, 0, 0, read_quality},
@@ -167,6 +202,13 @@ static const OptionRow rows[] = {
     {"crossings", NULL, "measure",
      "pairs of triangles that cross, exactly, and triangles inside an obstacle", FLAG, 0,
      FIELD(crossings), NULL},
+    {"cloth", "NAME", "measure", "which one; the first", TEXT, 0, FIELD(drape.cloth), NULL},
+    {"disc", "RADIUS", "measure", "of the support, 9 cm; default: the obstacle's", READER, 0, 0,
+     read_disc},
+    {"centre", "X,Y", "measure", "[m] of the support; default: the obstacle's", READER, 0, 0,
+     read_centre},
+    {"csv", NULL, "measure", "a row; with --frames A-B a row a frame", FLAG, 0, FIELD(csv), NULL},
+    {"plot", "FILE", "measure", ".svg or .png: contour and harmonics", TEXT, 0, FIELD(plot), NULL},
     {"as", "FORMAT", "export", "obj-pc2, obj-mdd, ply, vtp, gltf, usd", READER, 0, 0, read_format},
     {"up", "AXIS", "export", "z or y; default: what the format wants", READER, 0, 0, read_up},
     {"unit", "UNIT", "export", "m, cm or mm; m (glTF: always m)", READER, 0, 0, read_unit},

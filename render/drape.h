@@ -1,0 +1,91 @@
+/* drape.h: metrology of a drape test: a cloth over a support, as a drapemeter sees it and as the
+ * geometry has it.
+ *
+ * Drape coefficient DC = 100 (A - A_d) / (A_s - A_d): A what the cloth and the support cover seen from
+ * above, A_d the top of the support, A_s the flat cloth. Flat: 100. Values of other sizes of specimen
+ * and support are not comparable [ISO 9073-9; Cusick 1965, J. Text. Inst. 56].
+ *
+ * Silhouette: 4 x 4 samples a pixel of R_s / 600, of the smooth surface, orthographic. Geometry: the
+ * sum of the signed areas of its triangles, projected. Both are equal unless folds undercut.
+ */
+#ifndef TOILE_RENDER_DRAPE_H
+#define TOILE_RENDER_DRAPE_H
+
+#include "render/field.h"
+#include "render/run.h"
+#include "render/silhouette.h"
+
+#define DRAPE_SLICES 3
+#define DRAPE_PERCENTILES 5   /* 0 5 50 95 100 */
+#define DRAPE_PROMINENCE 0.03 /* of R_s: a node is a fold that stands out by as much */
+#define DRAPE_REST 1e-7       /* kinetic energy over weight and R_s that counts as rest */
+
+typedef struct DrapeDef {
+    const char *cloth;    /* name; NULL: the first one */
+    double disc;          /* [m] radius of the support; NAN: of the obstacle below the cloth */
+    double centre[2];     /* [m]; NAN: its axis */
+    double camera_height; /* [m] of the camera above the support; INFINITY */
+} DrapeDef;
+
+DrapeDef drape_default(void);
+
+/* What the cloth hangs on. */
+typedef struct DrapeSupport {
+    char name[STATE_WORD_SIZE]; /* of the obstacle; "" */
+    double centre[2], plane;    /* [m] the middle of its top and its height */
+    double radius;              /* [m] of a disc of the same area; NAN: there is none */
+    double *outline;            /* [m] (count x 2) of its top */
+    int count;
+} DrapeSupport;
+
+/* Horizontal cut so far below the top of the support. */
+typedef struct DrapeSlice {
+    double depth;           /* [m] */
+    double mean, low, high; /* [m] radius; NAN where no ray meets the cloth */
+    int nodes, missed;      /* rays that meet nothing */
+} DrapeSlice;
+
+typedef struct Drape {
+    char cloth[STATE_WORD_SIZE], fabric[STATE_WORD_SIZE];
+    int frame;
+    double time; /* [s] */
+    DrapeSupport support;
+    double specimen;                 /* [m] R_s: radius of a disc with the area of the flat cloth */
+    double warp;                     /* [rad] direction of warp seen from above */
+    double area_specimen, area_disc; /* [m2] */
+    double area, area_signed;        /* [m2] silhouette, geometry */
+    double dc, dc_geometry, undercut; /* [%, points] NAN without a support */
+    Contour contour;                  /* theta = 0 is warp */
+    Harmonics harmonics;
+    Nodes nodes;                        /* at DRAPE_PROMINENCE */
+    int nodes_most, nodes_least;        /* at 2 % and 4.5 % */
+    double node_spacing_cv;             /* scatter of the angles between nodes over their mean */
+    double ddr, fold_index;             /* [%] drape-distance ratio, fold depth index */
+    double circularity;                 /* 4 pi A / P^2 of the contour */
+    double fold_depth;                  /* [m] mean of the nodes */
+    double rim_mean, rim_low, rim_high; /* [m] height of the rim over the top of the support */
+    double rim_fold_depth;              /* [m] the same of the height along the rim */
+    int rim_nodes;
+    DrapeSlice slices[DRAPE_SLICES];
+    double lowest, highest;              /* [m] of the cloth */
+    double rim_stretch, area_strain;     /* 0 at rest */
+    double kinetic;                      /* kinetic energy over weight and R_s, at 9.81 m/s2 */
+    double strain[3][DRAPE_PERCENTILES]; /* warp, weft, shear [rad] */
+} Drape;
+
+/* Measures frame `index`. What it allocates lives in arena. Errors: EXIT_BAD_INPUT, EXIT_USAGE (no
+ * such cloth), as state_read_frame. */
+bool drape_measure(Run *run, const DrapeDef *def, int index, Arena *arena, Drape *drape,
+                   Error *error);
+
+/* [s] from when on the cloth is at rest (DRAPE_REST) in all frames; NAN: it is not at the end. */
+bool drape_find_settling(Run *run, const DrapeDef *def, double *time, Error *error);
+
+/* The silhouette alone, of any camera: for comparison with photographs. `pixel` [m]. */
+bool drape_cover(Run *run, const DrapeDef *def, int index, double pixel, Arena *arena, Drape *drape,
+                 Coverage *coverage, Error *error);
+
+/* The sentence that is to be read with it, "" if none: off-centre, stretched, undercut. */
+const char *drape_warning(const Drape *drape, char *text, size_t size);
+
+#endif
