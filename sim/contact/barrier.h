@@ -14,13 +14,13 @@
  * f (R + d) (grad w_a . grad w_b) n n'.
  *
  * Friction: the bristle t of each contact is stretched by the relative tangential motion since the
- * start of the step. A flag per contact says which branch Newton is on (contact.md 5):
+ * start of the step:
  *
- *   new       slips if |kt t| > mu f
- *   slipped   goes on while t has not turned round and |kt t| > mu f, else sticks
- *   stuck     slips if |kt t| > mu f
- *   stick     force -kt t (not cut), stiffness kt (I - n n')
- *   slip      force -mu f s, s = t / |t|, stiffness mu f / |t| (I - n n' - s s')
+ *   |kt t| <= mu f   sticks: force -kt t, stiffness kt (I - n n')
+ *   else             slips: force -mu f s, s = t / |t|, stiffness mu f / |t| (I - n n' - s s')
+ *
+ * The force is continuous; Newton must cut its steps where they pass from one to the other
+ * (NewtonParams.cut), or it runs to and fro between them. f is that of the iterate.
  *
  * All loops are serial and in the order of the candidates: the same bits for any thread count. */
 #ifndef TOILE_CONTACT_BARRIER_H
@@ -42,7 +42,7 @@ Barrier *barrier_create(const ContactDef *def, Arena *arena);
 void barrier_begin(Barrier *barrier, const ContactMemory *memory, const double *x,
                    const unsigned char *held);
 
-/* Finds the contacts at x and moves their flags on. What follows speaks of them. */
+/* Finds the contacts at x. What follows speaks of them. */
 BarrierReport barrier_look(Barrier *barrier, const double *x);
 
 /* [J] of the normal forces. */

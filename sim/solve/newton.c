@@ -9,6 +9,12 @@
 /* conjugate gradients: error left in the norm of the preconditioner, and most rounds */
 #define LEFT_OUT_TOLERANCE 1e-2
 #define LEFT_OUT_ITERATIONS 60
+/* a step is shortened when the force along it has turned round to more than this share of what it
+ * was; 0.1 asks for more gradients, 0.9 for more iterations */
+#define TURNED_SHARE 0.5
+#define SHORTEST_CUT 0.1
+#define LONGEST_CUT 0.8
+#define CUT_TRIES 8
 
 NewtonParams newton_default(void) {
     return (NewtonParams){.max_iterations = 16, .min_iterations = 1, .longest_move = INFINITY};
@@ -152,6 +158,31 @@ static bool cap_step(const NewtonProblem *p, double longest_move, double *dx) {
     return true;
 }
 
+/* The last step dx led to x, where the gradient is known; `slope` was the derivative along dx at its
+ * start. Where that derivative has turned round the step ends where it vanishes, by regula falsi.
+ * A step only gets shorter, so that it stays allowed. */
+static bool cut_step(const NewtonProblem *p, double slope, double *x, double *dx, double *gradient,
+                     NewtonReport *report) {
+    int n = 3 * p->node_count;
+    bool cut = false;
+    for (int k = 0; k < CUT_TRIES; k++) {
+        double turned = dot(gradient, dx, n);
+        if (!(slope < 0.0 && turned > -TURNED_SHARE * slope)) {
+            break;
+        }
+        cut = true;
+        double share = fmin(fmax(slope / (slope - turned), SHORTEST_CUT), LONGEST_CUT);
+        for (int i = 0; i < n; i++) {
+            x[i] -= (1.0 - share) * dx[i];
+            dx[i] *= share;
+        }
+        slope *= share;
+        p->gradient(p->context, x, gradient);
+        report->residual = free_norm(p, gradient);
+    }
+    return cut;
+}
+
 static double longest_of(const double *dx, int node_count) {
     double longest = 0.0;
     for (int i = 0; i < node_count; i++) {
@@ -160,39 +191,56 @@ static double longest_of(const double *dx, int node_count) {
     return sqrt(longest);
 }
 
+typedef struct Work {
+    double *gradient, *right, *dx; /* (node_count x 3) */
+    unsigned char *fixed_in_order; /* (node_count) */
+    Arena *scratch;
+} Work;
+
+static bool is_done(const NewtonParams *params, const NewtonReport *report, double moved,
+                    double share) {
+    if (report->iterations < params->min_iterations || !isfinite(report->residual)) {
+        return false;
+    }
+    return report->residual <= params->tolerance ||
+           (moved <= params->short_move && share >= params->least_share);
+}
+
 static NewtonStatus iterate(const NewtonProblem *p, const NewtonParams *params, double *x,
-                            double *gradient, double *dx, const unsigned char *fixed_in_order,
-                            NewtonReport *report, Arena *scratch) {
-    double moved = INFINITY, share = 1.0;
+                            const Work *w, NewtonReport *report) {
+    double moved = INFINITY, share = 1.0, slope = 0.0, before = 0.0;
+    int n = 3 * p->node_count;
     for (report->iterations = 0;; report->iterations++) {
-        p->gradient(p->context, x, gradient);
-        report->residual = free_norm(p, gradient);
-        if (report->residual <= params->tolerance && report->iterations >= params->min_iterations) {
-            return NEWTON_CONVERGED;
+        p->gradient(p->context, x, w->gradient);
+        report->residual = free_norm(p, w->gradient);
+        if (params->cut && report->residual > before &&
+            cut_step(p, slope, x, w->dx, w->gradient, report)) {
+            p->keep_stress(p->context, x, params->plain ? NULL : w->dx);
         }
-        if (moved <= params->short_move && share >= params->least_share &&
-            report->iterations >= params->min_iterations && isfinite(report->residual)) {
+        if (is_done(params, report, moved, share)) {
             return NEWTON_CONVERGED;
         }
         if (report->iterations >= params->max_iterations) {
             return isfinite(report->residual) ? NEWTON_STOPPED : NEWTON_DIVERGED;
         }
-        if (!factorise(p, params->definite, x, fixed_in_order, report)) {
+        if (!factorise(p, params->definite, x, w->fixed_in_order, report)) {
             return NEWTON_SINGULAR;
         }
-        for (int i = 0; i < 3 * p->node_count; i++) {
-            gradient[i] = -gradient[i];
+        for (int i = 0; i < n; i++) {
+            w->right[i] = -w->gradient[i];
         }
-        solve(p, gradient, dx, scratch);
-        if (!cap_step(p, params->longest_move, dx)) {
+        solve(p, w->right, w->dx, w->scratch);
+        if (!cap_step(p, params->longest_move, w->dx)) {
             return NEWTON_DIVERGED;
         }
-        moved = longest_of(dx, p->node_count);
-        share = p->limit_step ? p->limit_step(p->context, x, dx) : 1.0;
-        for (int i = 0; i < 3 * p->node_count; i++) {
-            x[i] += dx[i];
+        moved = longest_of(w->dx, p->node_count);
+        share = p->limit_step ? p->limit_step(p->context, x, w->dx) : 1.0;
+        slope = dot(w->gradient, w->dx, n);
+        before = report->residual;
+        for (int i = 0; i < n; i++) {
+            x[i] += w->dx[i];
         }
-        p->keep_stress(p->context, x, params->plain ? NULL : dx);
+        p->keep_stress(p->context, x, params->plain ? NULL : w->dx);
     }
 }
 
@@ -200,14 +248,17 @@ NewtonReport newton_solve(const NewtonProblem *p, const NewtonParams *params,
                           const double *first_dx, double *x, Arena *scratch) {
     ArenaMark mark = arena_mark(scratch);
     NewtonReport report = {0};
-    double *gradient = arena_push(scratch, double, 3 * p->node_count);
-    double *dx = arena_push(scratch, double, 3 * p->node_count);
-    unsigned char *fixed_in_order = arena_push(scratch, unsigned char, p->node_count);
+    int n = 3 * p->node_count;
+    Work work = {.gradient = arena_push(scratch, double, n),
+                 .right = arena_push(scratch, double, n),
+                 .dx = arena_push(scratch, double, n),
+                 .fixed_in_order = arena_push(scratch, unsigned char, p->node_count),
+                 .scratch = scratch};
     for (int i = 0; i < p->node_count; i++) {
-        fixed_in_order[p->matrix->order[i]] = p->fixed[i];
+        work.fixed_in_order[p->matrix->order[i]] = p->fixed[i];
     }
     p->keep_stress(p->context, x, params->plain ? NULL : first_dx);
-    report.status = iterate(p, params, x, gradient, dx, fixed_in_order, &report, scratch);
+    report.status = iterate(p, params, x, &work, &report);
     arena_rewind(scratch, mark);
     return report;
 }

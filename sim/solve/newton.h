@@ -2,7 +2,7 @@
  *
  * Newton on the mixed (stress, displacement) equations with the stresses eliminated: the
  * geometric stiffness is taken from the stress that the last linear step predicted, not from
- * the stress at the new point. No line search; the energy may rise on the way. On stiff cloth it
+ * the stress at the new point. The energy may rise on the way, unless steps are `cut`. On stiff cloth it
  * needs 5 to 15 factorisations where plain Newton needs hundreds (solid_shell.md 3.2; Magisano,
  * Leonetti, Garcea 2017).
  *
@@ -45,6 +45,8 @@ typedef struct NewtonParams {
     double least_share;  /* ... if limit_step left at least so much of it; 0 */
     bool definite;       /* positive semidefinite tangents from the start; false */
     bool plain;          /* ordinary Newton: stress at the new point; false */
+    bool cut; /* ends a step where the force along it vanishes, if it turned round and the
+                            residual rose: for forces with kinks, as friction is; false */
 } NewtonParams;
 
 typedef enum NewtonStatus {

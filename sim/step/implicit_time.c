@@ -18,13 +18,20 @@
 #define USUAL_STEP (1.0 / 60.0) /* [s] 1 % on a 1 s swing by BDF2 with two iterations */
 #define SETTLED_SHARE 1e-3      /* of the weight: a residual at which iterations stop early */
 #define SINGLE_ITERATION 1      /* backward Euler with one iteration never gains energy */
-/* with contact (contact.md 1): lengths of the size of the system */
-#define CONTACT_LEAST_ITERATIONS 3
-#define CONTACT_ITERATIONS 8
-#define CONTACT_SHORT_MOVE 1.4e-3 /* converged; 2e-3 of the side of a square */
-#define CONTACT_LEAST_SHARE 0.5   /* of the last motion that the clamp left */
-#define CONTACT_LONGEST_MOVE 0.18 /* of any place in one iteration; a quarter of a side */
-#define CONTACT_HALVINGS 4        /* then a step that gained energy is accepted: it is legal */
+/* with contact */
+#define CONTACT_SETTLED_SHARE                                                                      \
+    1e-4 /* of the weight: residual of a step; 1e-3 makes friction creep */
+#define CONTACT_SETTLED_MOVE                                                                       \
+    3e-3                          /* of the contact distance, of any place: settled too, where edges
+                                      come and go between two contacts; 1e-1 spoils the capstan */
+#define CONTACT_LEAST_SHARE 0.5   /* ... if the clamp left so much of that motion */
+#define CONTACT_ITERATIONS 20     /* then a shorter step is tried */
+#define CONTACT_LONGEST_MOVE 0.18 /* of the size, of any place in one iteration */
+#define CONTACT_UNSETTLED 1       /* halvings; more do not help where contacts come and go */
+#define CONTACT_HALVINGS 4        /* then a step that gains energy is taken: it is legal */
+#define GOOD_STEPS 4              /* after which a step that was halved is doubled */
+/* of weight x size: energy that rounding may add to cloth at rest */
+#define ENERGY_FLOOR 1e-9
 
 typedef struct ImplicitTime {
     Implicit *implicit;
@@ -141,11 +148,12 @@ static NewtonReport solve(ImplicitTime *t, const System *system, const State *fr
     if (any_euler(t, system)) {
         params.definite = true;
         params.plain = true; /* predicted stress is no bound where contacts come and go */
-        params.min_iterations = CONTACT_LEAST_ITERATIONS;
+        params.cut = true;
+        params.short_move = CONTACT_SETTLED_MOVE * system->contact.distance;
+        params.least_share = CONTACT_LEAST_SHARE;
+        params.tolerance = CONTACT_SETTLED_SHARE * system->weight;
         params.max_iterations = iterations > CONTACT_ITERATIONS ? iterations : CONTACT_ITERATIONS;
         params.longest_move = CONTACT_LONGEST_MOVE * system->size;
-        params.short_move = CONTACT_SHORT_MOVE * system->size;
-        params.least_share = CONTACT_LEAST_SHARE;
     }
     ImplicitTerms terms = discretise(t, system, from, dt, bdf2);
     NewtonReport report = implicit_solve(t->implicit, &terms, t->held, from, &params, t->dx, to->x);
@@ -190,12 +198,25 @@ static bool good(const ImplicitTime *t, const System *system, const State *from,
     double scale =
         system_kinetic_energy(system, to->v, t->held) + system_elastic_energy(system, to->x);
     *work = handle_work(t, system, from, to);
-    return isfinite(after) && after - before <= *work + STEP_ENERGY_TOLERANCE * scale;
+    return isfinite(after) && after - before <= *work + STEP_ENERGY_TOLERANCE * scale +
+                                                    ENERGY_FLOOR * system->weight * system->size;
 }
 
-static bool is_finite(const ImplicitTime *t, const System *system, const NewtonReport *report) {
-    return report->status != NEWTON_DIVERGED && report->status != NEWTON_SINGULAR &&
-           isfinite(total_energy(t, system, &t->trial));
+static bool in_contact(const ImplicitTime *t, const System *system) {
+    return t->contacts.contacts > 0 || any_euler(t, system);
+}
+
+/* with contact a step must have settled; the last resort need only be finite: it is legal */
+static bool acceptable(const ImplicitTime *t, const System *system, const State *from,
+                       const NewtonReport *report, int halvings, double *work) {
+    bool keeps_energy = good(t, system, from, &t->trial, report, work);
+    if (!in_contact(t, system)) {
+        return keeps_energy;
+    }
+    bool solved = report->status == NEWTON_CONVERGED || report->status == NEWTON_STOPPED;
+    bool settled = report->status == NEWTON_CONVERGED || halvings >= CONTACT_UNSETTLED;
+    return (keeps_energy && settled) ||
+           (halvings >= CONTACT_HALVINGS && solved && isfinite(total_energy(t, system, &t->trial)));
 }
 
 static void count_contacts(const ImplicitTime *t, Statistics *statistics) {
@@ -209,7 +230,7 @@ static void count_contacts(const ImplicitTime *t, Statistics *statistics) {
 }
 
 /* one step of dt: BDF2 when it can, else backward Euler, else fails */
-static bool step(ImplicitTime *t, const System *system, State *state, double dt, bool last,
+static bool step(ImplicitTime *t, const System *system, State *state, double dt, int halvings,
                  Statistics *statistics) {
     int iterations = system->scene->solver.newton_iterations;
     bool bdf2 = t->second_order && fabs(state->step_before - dt) <= 1e-9 * dt;
@@ -221,9 +242,7 @@ static bool step(ImplicitTime *t, const System *system, State *state, double dt,
         statistics->newton_iterations += report.iterations;
         statistics->factorisations += report.factorisations;
         statistics->residual = report.residual;
-        bool accepted = good(t, system, state, &t->trial, &report, &work) ||
-                        (last && t->contacts.contacts > 0 && is_finite(t, system, &report));
-        if (accepted) {
+        if (acceptable(t, system, state, &report, halvings, &work)) {
             CHECK_LEGAL(t->implicit, state->x, t->trial.x);
             count_contacts(t, statistics);
             size_t bytes = 3 * (size_t)system->place_count * sizeof(double);
@@ -236,6 +255,9 @@ static bool step(ImplicitTime *t, const System *system, State *state, double dt,
             return true;
         }
         statistics->retries++;
+        if (in_contact(t, system)) {
+            break; /* there a shorter step helps, fewer iterations do not */
+        }
     }
     return false;
 }
@@ -245,22 +267,24 @@ static bool advance(const System *system, void *data, State *state, double time_
     ImplicitTime *t = data;
     double wished = system->scene->solver.step > 0.0 ? system->scene->solver.step : USUAL_STEP;
     double interval = time_end - state->time;
-    int steps = (int)fmax(1.0, ceil(interval / wished - 1e-9)), halvings = 0;
+    int steps = (int)fmax(1.0, ceil(interval / wished - 1e-9)), halvings = 0, good_steps = 0;
     double dt = interval / steps;
     while (steps > 0) {
         if (step_interrupted) {
             return error_set(error, EXIT_INTERRUPTED, "interrupted");
         }
         statistics->step_length = dt;
-        if (step(t, system, state, dt, halvings >= CONTACT_HALVINGS, statistics)) {
+        if (step(t, system, state, dt, halvings, statistics)) {
             steps--;
+            if (++good_steps >= GOOD_STEPS && halvings > 0 && steps % 2 == 0) {
+                dt *= 2.0, steps /= 2, halvings--, good_steps = 0;
+            }
         } else if (halvings++ == STEP_MAX_HALVINGS) {
             return error_set(error, EXIT_DIFFERS,
                              "no implicit step down to %.2g s succeeds at t = %g s", dt,
                              state->time);
         } else {
-            dt *= 0.5;
-            steps *= 2;
+            dt *= 0.5, steps *= 2, good_steps = 0;
         }
     }
     state->time = time_end;
