@@ -15,6 +15,7 @@
 #define SHORTEST_CUT 0.1
 #define LONGEST_CUT 0.8
 #define CUT_TRIES 8
+#define DESCENT_TRIES 12 /* halvings of a step that must lower the energy */
 
 NewtonParams newton_default(void) {
     return (NewtonParams){.max_iterations = 16, .min_iterations = 1, .longest_move = INFINITY};
@@ -183,6 +184,25 @@ static bool cut_step(const NewtonProblem *p, double slope, double *x, double *dx
     return cut;
 }
 
+/* x += dx, halved until the energy does not rise; false: it does, and x stays */
+static bool descend(const NewtonProblem *p, double *x, double *dx) {
+    int n = 3 * p->node_count;
+    double before = p->energy(p->context, x);
+    for (int k = 0; k < DESCENT_TRIES; k++) {
+        for (int i = 0; i < n; i++) {
+            x[i] += dx[i];
+        }
+        if (p->energy(p->context, x) <= before) {
+            return true;
+        }
+        for (int i = 0; i < n; i++) {
+            x[i] -= dx[i];
+            dx[i] *= 0.5;
+        }
+    }
+    return false;
+}
+
 static double longest_of(const double *dx, int node_count) {
     double longest = 0.0;
     for (int i = 0; i < node_count; i++) {
@@ -237,8 +257,14 @@ static NewtonStatus iterate(const NewtonProblem *p, const NewtonParams *params, 
         share = p->limit_step ? p->limit_step(p->context, x, w->dx) : 1.0;
         slope = dot(w->gradient, w->dx, n);
         before = report->residual;
-        for (int i = 0; i < n; i++) {
-            x[i] += w->dx[i];
+        if (params->descend) {
+            if (!descend(p, x, w->dx)) {
+                return NEWTON_STOPPED;
+            }
+        } else {
+            for (int i = 0; i < n; i++) {
+                x[i] += w->dx[i];
+            }
         }
         p->keep_stress(p->context, x, params->plain ? NULL : w->dx);
     }

@@ -34,6 +34,8 @@ typedef struct NewtonProblem {
     /* y += what the tangent leaves out for the sake of its pattern, times p: then the step is found
      * by conjugate gradients with the factor as preconditioner. False: nothing. NULL: never */
     bool (*add_left_out)(void *context, const double *p, double *y);
+    /* objective at x, without what has no potential (friction); for `descend` */
+    double (*energy)(void *context, const double *x);
 } NewtonProblem;
 
 typedef struct NewtonParams {
@@ -45,8 +47,10 @@ typedef struct NewtonParams {
     double least_share;  /* ... if limit_step left at least so much of it; 0 */
     bool definite;       /* positive semidefinite tangents from the start; false */
     bool plain;          /* ordinary Newton: stress at the new point; false */
-    bool cut; /* ends a step where the force along it vanishes, if it turned round and the
+    bool cut;     /* ends a step where the force along it vanishes, if it turned round and the
                             residual rose: for forces with kinks, as friction is; false */
+    bool descend; /* halves a step until the energy does not rise, else ends where it is: safe
+                            and slow; false */
 } NewtonParams;
 
 typedef enum NewtonStatus {

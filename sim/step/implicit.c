@@ -153,6 +153,33 @@ static void gradient(void *context, const double *x, double *g) {
     }
 }
 
+/* the potential of `gradient`, without friction */
+static double energy(void *context, const double *x) {
+    const Implicit *im = context;
+    const System *system = im->system;
+    const AirDef *air = &system->scene->air;
+    Vec3 gravity = system->scene->gravity;
+    double sum = system_elastic_energy(system, x);
+    for (int i = 0; i < system->place_count; i++) {
+        double mass = im->held[i] ? 0.0 : system->mass[i], a, velocity;
+        Vec3 at = vec3_load(x + 3 * i);
+        rates(&im->terms, i, &a, &velocity);
+        sum -= mass * vec3_dot(gravity, at) + air->drag * system->area[i] * vec3_dot(air->wind, at);
+        for (int c = 0; c < 3 && mass > 0.0; c++) {
+            int k = 3 * i + c;
+            double apart = a > 0.0 ? x[k] - im->terms.x_hat[k] : 0.0;
+            double drag =
+                velocity > 0.0 ? (0.5 * velocity * x[k] + im->terms.v_hat[k]) * x[k] : 0.0;
+            sum += mass * (0.5 * a * apart * apart + system->damping[i] * drag);
+        }
+    }
+    if (im->barrier) {
+        barrier_look(im->barrier, x);
+        sum += barrier_energy(im->barrier);
+    }
+    return sum;
+}
+
 /* block (a, b) of the contact stiffness, if the cloth has it */
 static bool add_contact_block(void *context, int a, int b, const double block[9]) {
     Implicit *im = context;
@@ -224,6 +251,7 @@ NewtonProblem implicit_problem(Implicit *im, const ImplicitTerms *terms, const u
                            .gradient = gradient,
                            .tangent = tangent,
                            .keep_stress = keep_stress,
+                           .energy = energy,
                            .limit_step = im->barrier ? limit_step : NULL,
                            .add_left_out = im->barrier ? add_left_out : NULL};
 }

@@ -98,13 +98,20 @@ static ImplicitTerms discretise(const ImplicitTime *t, const System *system, con
                            .step = dt};
 }
 
+/* How one step is made. */
+typedef struct Way {
+    bool bdf2;
+    bool safe; /* from standing still downhill in energy: backward Euler that way never gains any */
+    int iterations;
+} Way;
+
 /* predictor x + dt v with handles at their targets, as far as contact lets it; marks the places
  * that it stops */
-static void predict(ImplicitTime *t, const System *system, const State *from, double dt,
+static void predict(ImplicitTime *t, const System *system, const State *from, double dt, bool safe,
                     double *x) {
     int n = 3 * system->place_count;
     for (int k = 0; k < n; k++) {
-        x[k] = from->x[k] + dt * from->v[k];
+        x[k] = from->x[k] + (safe ? 0.0 : dt * from->v[k]);
     }
     system_place_held(system, from->time + dt, x);
     for (int k = 0; k < n; k++) {
@@ -140,22 +147,24 @@ static bool any_euler(const ImplicitTime *t, const System *system) {
 }
 
 static NewtonReport solve(ImplicitTime *t, const System *system, const State *from, double dt,
-                          bool bdf2, int iterations, State *to) {
+                          const Way *way, State *to) {
     NewtonParams params = newton_default();
-    params.max_iterations = iterations;
+    params.max_iterations = way->iterations;
     params.tolerance = SETTLED_SHARE * system->weight;
-    predict(t, system, from, dt, to->x);
+    predict(t, system, from, dt, way->safe, to->x);
     if (any_euler(t, system)) {
         params.definite = true;
         params.plain = true; /* predicted stress is no bound where contacts come and go */
-        params.cut = true;
+        params.cut = !way->safe;
+        params.descend = way->safe;
         params.short_move = CONTACT_SETTLED_MOVE * system->contact.distance;
         params.least_share = CONTACT_LEAST_SHARE;
         params.tolerance = CONTACT_SETTLED_SHARE * system->weight;
-        params.max_iterations = iterations > CONTACT_ITERATIONS ? iterations : CONTACT_ITERATIONS;
+        params.max_iterations =
+            way->iterations > CONTACT_ITERATIONS ? way->iterations : CONTACT_ITERATIONS;
         params.longest_move = CONTACT_LONGEST_MOVE * system->size;
     }
-    ImplicitTerms terms = discretise(t, system, from, dt, bdf2);
+    ImplicitTerms terms = discretise(t, system, from, dt, way->bdf2);
     NewtonReport report = implicit_solve(t->implicit, &terms, t->held, from, &params, t->dx, to->x);
     for (int k = 0; k < 3 * system->place_count; k++) {
         bool euler = terms.euler && terms.euler[k / 3];
@@ -167,17 +176,20 @@ static NewtonReport solve(ImplicitTime *t, const System *system, const State *fr
 /* Places that touch at the start, or that the clamp stops, take backward Euler (contact.md 1).
  * A step that finds its first contact on the way is solved again with them. */
 static NewtonReport try_step(ImplicitTime *t, const System *system, const State *from, double dt,
-                             bool bdf2, int iterations, State *to) {
+                             const Way *way, State *to) {
     system_mark_held(system, from->time + dt, t->held);
     implicit_begin(t->implicit, t->held, from);
     memset(t->euler, 0, (size_t)system->place_count);
     t->contact_energy[0] = implicit_contacts(t->implicit, from->x, t->euler, &t->contacts);
-    NewtonReport report = solve(t, system, from, dt, bdf2, iterations, to);
+    if (way->safe) {
+        memset(t->euler, 1, (size_t)system->place_count);
+    }
+    NewtonReport report = solve(t, system, from, dt, way, to);
     if (implicit_has_contact(t->implicit) && !any_euler(t, system)) {
         implicit_contacts(t->implicit, to->x, t->euler, &t->contacts);
         if (implicit_add_clamped(t->implicit, t->euler) || t->contacts.contacts > 0) {
             NewtonReport first = report;
-            report = solve(t, system, from, dt, bdf2, iterations, to);
+            report = solve(t, system, from, dt, way, to);
             report.iterations += first.iterations;
             report.factorisations += first.factorisations;
         }
@@ -206,17 +218,23 @@ static bool in_contact(const ImplicitTime *t, const System *system) {
     return t->contacts.contacts > 0 || any_euler(t, system);
 }
 
-/* with contact a step must have settled; the last resort need only be finite: it is legal */
+/* with contact a step must have settled, as far as shorter ones do */
 static bool acceptable(const ImplicitTime *t, const System *system, const State *from,
                        const NewtonReport *report, int halvings, double *work) {
     bool keeps_energy = good(t, system, from, &t->trial, report, work);
-    if (!in_contact(t, system)) {
-        return keeps_energy;
-    }
-    bool solved = report->status == NEWTON_CONVERGED || report->status == NEWTON_STOPPED;
-    bool settled = report->status == NEWTON_CONVERGED || halvings >= CONTACT_UNSETTLED;
-    return (keeps_energy && settled) ||
-           (halvings >= CONTACT_HALVINGS && solved && isfinite(total_energy(t, system, &t->trial)));
+    return keeps_energy && (!in_contact(t, system) || report->status == NEWTON_CONVERGED ||
+                            halvings >= CONTACT_UNSETTLED);
+}
+
+/* the last resort with contact: legal, finite, without energy of its own */
+static bool step_safely(ImplicitTime *t, const System *system, const State *state, double dt,
+                        NewtonReport *report, double *work) {
+    Way way = {.safe = true, .iterations = CONTACT_ITERATIONS};
+    state_copy(system, &t->trial, state);
+    *report = try_step(t, system, state, dt, &way, &t->trial);
+    good(t, system, state, &t->trial, report, work);
+    return report->status != NEWTON_DIVERGED && report->status != NEWTON_SINGULAR &&
+           isfinite(total_energy(t, system, &t->trial));
 }
 
 static void count_contacts(const ImplicitTime *t, Statistics *statistics) {
@@ -229,6 +247,25 @@ static void count_contacts(const ImplicitTime *t, Statistics *statistics) {
         fmin(statistics->smallest_self_gap, t->contacts.smallest_self_gap);
 }
 
+static void count_iterations(Statistics *statistics, const NewtonReport *report) {
+    statistics->newton_iterations += report->iterations;
+    statistics->factorisations += report->factorisations;
+    statistics->residual = report->residual;
+}
+
+static void accept(ImplicitTime *t, const System *system, State *state, double dt, double work,
+                   Statistics *statistics) {
+    CHECK_LEGAL(t->implicit, state->x, t->trial.x);
+    count_contacts(t, statistics);
+    size_t bytes = 3 * (size_t)system->place_count * sizeof(double);
+    memcpy(t->trial.x_before, state->x, bytes);
+    memcpy(t->trial.v_before, state->v, bytes);
+    t->trial.step_before = dt;
+    state_copy(system, state, &t->trial);
+    statistics->steps++;
+    statistics->work += work;
+}
+
 /* one step of dt: BDF2 when it can, else backward Euler, else fails */
 static bool step(ImplicitTime *t, const System *system, State *state, double dt, int halvings,
                  Statistics *statistics) {
@@ -236,26 +273,23 @@ static bool step(ImplicitTime *t, const System *system, State *state, double dt,
     bool bdf2 = t->second_order && fabs(state->step_before - dt) <= 1e-9 * dt;
     for (int attempt = 0; attempt < 2; attempt++) {
         double work = 0.0;
+        Way way = {.bdf2 = bdf2 && attempt == 0,
+                   .iterations = attempt == 0 ? iterations : SINGLE_ITERATION};
         state_copy(system, &t->trial, state);
-        NewtonReport report = try_step(t, system, state, dt, bdf2 && attempt == 0,
-                                       attempt == 0 ? iterations : SINGLE_ITERATION, &t->trial);
-        statistics->newton_iterations += report.iterations;
-        statistics->factorisations += report.factorisations;
-        statistics->residual = report.residual;
-        if (acceptable(t, system, state, &report, halvings, &work)) {
-            CHECK_LEGAL(t->implicit, state->x, t->trial.x);
-            count_contacts(t, statistics);
-            size_t bytes = 3 * (size_t)system->place_count * sizeof(double);
-            memcpy(t->trial.x_before, state->x, bytes);
-            memcpy(t->trial.v_before, state->v, bytes);
-            t->trial.step_before = dt;
-            state_copy(system, state, &t->trial);
-            statistics->steps++;
-            statistics->work += work;
+        NewtonReport report = try_step(t, system, state, dt, &way, &t->trial);
+        count_iterations(statistics, &report);
+        bool accepted = acceptable(t, system, state, &report, halvings, &work);
+        bool contact = in_contact(t, system);
+        if (!accepted && contact && halvings >= CONTACT_HALVINGS) {
+            accepted = step_safely(t, system, state, dt, &report, &work);
+            count_iterations(statistics, &report);
+        }
+        if (accepted) {
+            accept(t, system, state, dt, work, statistics);
             return true;
         }
         statistics->retries++;
-        if (in_contact(t, system)) {
+        if (contact) {
             break; /* there a shorter step helps, fewer iterations do not */
         }
     }
