@@ -12,8 +12,9 @@
 
 static FILE *results;
 
-static const BenchSuite *const suites[] = {&bench_cantilever, &bench_swing,  &bench_sweep,
-                                           &bench_implicit,   &bench_sleeve, NULL};
+static const BenchSuite *const suites[] = {
+    &bench_cantilever, &bench_swing,   &bench_sweep, &bench_implicit,
+    &bench_sleeve,     &bench_contact, NULL};
 
 static void write_number(double value) {
     if (isfinite(value)) {

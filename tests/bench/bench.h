@@ -17,7 +17,8 @@ typedef struct BenchSuite {
     void (*run)(void);
 } BenchSuite;
 
-extern const BenchSuite bench_cantilever, bench_swing, bench_sweep, bench_implicit, bench_sleeve;
+extern const BenchSuite bench_cantilever, bench_swing, bench_sweep, bench_implicit, bench_sleeve,
+    bench_contact;
 
 void bench_write(BenchRow row); /* to the results file, and readable on stdout */
 double bench_cpu(void);         /* [s] process CPU time */

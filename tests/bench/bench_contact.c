@@ -1,0 +1,128 @@
+/* bench_contact.c: what contact costs, with every frame judged by the exact check. Scenes of
+ * explicit.md 8 and 10. */
+#include <math.h>
+#include <string.h>
+
+#include "tests/bench/bench.h"
+#include "tests/support/play.h"
+
+#define MESHES TOILE_SOURCE_DIR "/assets/meshes/"
+
+typedef struct Drape {
+    const char *name;
+    int nodes;
+    double stretch;    /* [N/m] */
+    double most;       /* [CPU s / s] demanded */
+    const char *at;    /* of the sheet */
+    const char *below; /* obstacles */
+    double seconds;
+} Drape;
+
+#define CUBE "cube: {box: {size: [50 cm, 50 cm, 50 cm], rounding: 5 mm}, at: [0, 0, -25 cm]"
+#define BALL "ball: {sphere: {radius: 25 cm}, at: [0, 0, -25 cm]"
+#define MESH(file, at) "mesh: {mesh: {file: " MESHES file "}, at: " at
+
+static const Drape drapes[] = {
+    {"cube; Eh=1000", 26, 1000, NAN, "[0, 0, 2 cm]", CUBE, 2},
+    {"cube; Eh=100", 51, 100, 1.2, "[0, 0, 2 cm]", CUBE, 2},
+    {"cube; Eh=1000", 51, 1000, 1.2, "[0, 0, 2 cm]", CUBE, 2},
+    {"cube; Eh=3000", 51, 3000, 1.2, "[0, 0, 2 cm]", CUBE, 2},
+    {"cube; Eh=1000", 101, 1000, 7, "[0, 0, 2 cm]", CUBE, 2},
+    {"sphere", 51, 1000, 2.2, "[0, 0, 2 cm]", BALL, 1},
+    {"ball of 1280 triangles", 51, 1000, 3, "[0, 0, 2 cm]",
+     MESH("icosphere.obj, scale: 25 cm", "[0, 0, -25 cm]"), 1},
+    {"ring of 6400 triangles", 51, 1000, 4, "[0, 0, -10 cm]", MESH("torus.ply", "[0, 0, -25 cm]"),
+     1},
+};
+
+static const char twist[] =
+    "toile: 1\nfilm: {rate: 30, seconds: 4}\ncloth:\n  tube:\n"
+    "    shape: {sleeve: {radius: 25 cm, length: 1 m, rest: curved}}\n"
+    "    fabric: {name: f, weight: 150 g/m2, thickness: 2.5 mm, isotropic: {stretch: %g N/m,"
+    " poisson: 0.3, bending: 1e-5 N m}}\n"
+    "    nodes: 36 x 41\n    noise: 0.2 mm\n    damping: 2 1/s\nhandles:\n"
+    "  - hold: tube.start\n    motion: [{turn: {axis: z, by: -288 deg, from: 0 s, to: 4 s}},"
+    " {move: {by: [0, 0, 2 cm], from: 0 s, to: 4 s}}]\n"
+    "  - hold: tube.end\n    motion: [{turn: {axis: z, by: 288 deg, from: 0 s, to: 4 s}},"
+    " {move: {by: [0, 0, -2 cm], from: 0 s, to: 4 s}}]\n"
+    "gravity: 0 m/s2\nsolver: {stepper: central}\n";
+
+/* [1] largest strain of a side of a lattice of n x n nodes over 1 m */
+static double side_strain(const Play *play, int n) {
+    double worst = 0.0, h = 1.0 / (n - 1);
+    for (int j = 0; j < n; j++) {
+        for (int i = 0; i < n; i++) {
+            Vec3 here = play_x(play, j * n + i);
+            int along = i + 1 < n ? j * n + i + 1 : -1, up = j + 1 < n ? (j + 1) * n + i : -1;
+            double a = along < 0 ? h : vec3_length(vec3_sub(play_x(play, along), here));
+            double b = up < 0 ? h : vec3_length(vec3_sub(play_x(play, up), here));
+            worst = fmax(worst, fmax(fabs(a / h - 1.0), fabs(b / h - 1.0)));
+        }
+    }
+    return worst;
+}
+
+/* plays to the end; *cpu [s] without the judge; returns the crossings of all frames */
+static long judge(Play *play, double seconds, double *cpu) {
+    long crossings = 0;
+    for (int f = 1; f <= 30 * seconds + 0.5; f++) {
+        play_to(play, f / 30.0);
+        crossings += play_crossings(play);
+    }
+    *cpu = play->sim.total.cpu;
+    return crossings;
+}
+
+static void write_rows(const char *name, int nodes, const Play *play, double seconds, double most,
+                       double cpu, long crossings) {
+    char note[160];
+    const Statistics *total = &play->sim.total;
+    snprintf(note, sizeof note,
+             "%ld crossings; %.0f steps; %.0f impulses; %.0f shortened moves; gap %.2g / %.2g mm",
+             crossings, total->steps, total->impulses, total->truncations,
+             1e3 * total->smallest_gap, 1e3 * total->smallest_self_gap);
+    bench_write((BenchRow){"contact", name, "central", "cpu_per_second", nodes, total->step_length,
+                           cpu / seconds, most, NAN, cpu, note});
+}
+
+static void run_drape(const Drape *d) {
+    char text[2000];
+    snprintf(text, sizeof text,
+             "toile: 1\nfilm: {rate: 30, seconds: 9}\ncloth:\n  sheet:\n"
+             "    shape: {rectangle: {width: 1 m, height: 1 m}}\n"
+             "    fabric: {name: f, weight: 150 g/m2, isotropic: {stretch: %g N/m, poisson: 0.3,"
+             " bending: 1e-5 N m}}\n"
+             "    nodes: %d x %d\n    noise: 0.2 mm\n    at: %s\nobstacles:\n  %s, friction: 0.3}\n"
+             "solver: {stepper: central}\n",
+             d->stretch, d->nodes, d->nodes, d->at, d->below);
+    Play play;
+    double cpu;
+    play_start(&play, text);
+    long crossings = judge(&play, d->seconds, &cpu);
+    write_rows(d->name, d->nodes, &play, d->seconds, d->most, cpu, crossings);
+    bench_write((BenchRow){"contact", d->name, "central", "side_strain", d->nodes, NAN,
+                           side_strain(&play, d->nodes), 0.04, NAN, NAN, "at the end"});
+    play_end(&play);
+}
+
+static void run_twist(double stretch) {
+    char text[2000], name[80];
+    Play play;
+    double cpu;
+    snprintf(text, sizeof text, twist, stretch);
+    snprintf(name, sizeof name, "cylinder twisted by 1.6 turns; Eh=%g", stretch);
+    play_start(&play, text);
+    long crossings = judge(&play, 4.0, &cpu);
+    write_rows(name, 41, &play, 4.0, 1.6, cpu, crossings);
+    play_end(&play);
+}
+
+static void run(void) {
+    for (size_t i = 0; i < sizeof drapes / sizeof drapes[0]; i++) {
+        run_drape(&drapes[i]);
+    }
+    run_twist(100);
+    run_twist(1000);
+}
+
+const BenchSuite bench_contact = {"contact", "drapes, meshes and a twist; every frame judged", run};
