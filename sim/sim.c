@@ -7,6 +7,7 @@
 #include "sim/base/hash.h"
 #include "sim/base/parallel.h"
 #include "sim/layout.h"
+#include "sim/start.h"
 
 SimOptions sim_options_default(void) { return (SimOptions){.threads = 1}; }
 
@@ -21,20 +22,6 @@ static double process_seconds(void) {
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
-typedef struct Spot {
-    const char *cloth;
-    const double *material; /* (u, v) of a corner of the triangle */
-} Spot;
-
-static Spot spot_of(const System *system, int place) {
-    int c = 0;
-    while (place >= system->first[c + 1]) {
-        c++;
-    }
-    const Cloth *cloth = &system->cloths[c];
-    return (Spot){cloth->def->name, cloth->panel.material + 2 * (place - system->first[c])};
-}
-
 static bool has_mesh(const Scene *scene) {
     for (int i = 0; i < scene->obstacle_count; i++) {
         if (scene->obstacles[i].mesh) {
@@ -42,66 +29,6 @@ static bool has_mesh(const Scene *scene) {
         }
     }
     return false;
-}
-
-/* a mesh as it stands at the start, or cloth that is inside as a whole: the first triangle of the
- * cloth that crosses it, or -1 */
-static int crossing_with_mesh(const Sim *sim, int obstacle, const CrossingMesh *cloth,
-                              Arena *scratch) {
-    const MeshDef *def = sim->scene->obstacles[obstacle].mesh;
-    CrossingMesh mesh = system_obstacle_mesh(&sim->system, obstacle,
-                                             sim->state.contact.poses[obstacle], 0.0, scratch);
-    Crossings found = crossing_count_between(cloth, &mesh, scratch);
-    for (int c = 0, at = 0; c < sim->system.cloth_count && def->closed && found.count == 0; c++) {
-        if (crossing_point_inside(&mesh, cloth->vertices + 3 * (size_t)sim->system.first[c])) {
-            return at;
-        }
-        at += sim->system.cloths[c].panel.triangle_count;
-    }
-    return found.count > 0 ? found.first[0] : -1;
-}
-
-/* cloth that starts across a mesh is refused */
-static bool check_meshes(const Sim *sim, Error *error) {
-    Arena scratch = {0};
-    CrossingMesh cloth = system_mesh(&sim->system, sim->state.x, &scratch);
-    bool ok = true;
-    for (int o = 0; o < sim->scene->obstacle_count && ok; o++) {
-        int triangle =
-            sim->scene->obstacles[o].mesh ? crossing_with_mesh(sim, o, &cloth, &scratch) : -1;
-        ok = triangle < 0;
-        if (!ok) {
-            Spot spot = spot_of(&sim->system, cloth.triangles[3 * triangle]);
-            error_set(error, EXIT_BAD_INPUT,
-                      "%s: cloth '%s' crosses the mesh of obstacle '%s' at the start, first at "
-                      "(%.4g, %.4g) m of its panel",
-                      sim->scene->path, spot.cloth, sim->scene->obstacles[o].name, spot.material[0],
-                      spot.material[1]);
-        }
-    }
-    arena_free(&scratch);
-    return ok;
-}
-
-/* contact keeps apart what is apart: cloth that starts crossing itself or other cloth is refused */
-static bool check_start(const Sim *sim, Error *error) {
-    if (!sim->system.contact.self) {
-        return true;
-    }
-    Arena scratch = {0};
-    CrossingMesh mesh = system_mesh(&sim->system, sim->state.x, &scratch);
-    Crossings crossings = crossing_count_self(&mesh, &scratch);
-    if (crossings.count > 0) {
-        Spot a = spot_of(&sim->system, mesh.triangles[3 * crossings.first[0]]);
-        Spot b = spot_of(&sim->system, mesh.triangles[3 * crossings.first[1]]);
-        error_set(error, EXIT_BAD_INPUT,
-                  "%s: cloth '%s' crosses cloth '%s' at the start, first at (%.4g, %.4g) m and "
-                  "(%.4g, %.4g) m of their panels; 'solver: {self_contact: false}' lets it",
-                  sim->scene->path, a.cloth, b.cloth, a.material[0], a.material[1], b.material[0],
-                  b.material[1]);
-    }
-    arena_free(&scratch);
-    return crossings.count == 0;
 }
 
 bool sim_create(Sim *sim, const Scene *scene, const SimOptions *options, Error *error) {
@@ -142,7 +69,7 @@ bool sim_create(Sim *sim, const Scene *scene, const SimOptions *options, Error *
     sim->state = state_allocate(&sim->system, &sim->arena);
     sim->packed = arena_push(&sim->arena, double, 6 * sim->system.node_count);
     state_start(&sim->system, &sim->state);
-    if (!check_start(sim, error) || !check_meshes(sim, error)) {
+    if (!start_make_legal(&sim->system, &sim->state, &sim->moved_at_start, error)) {
         sim_destroy(sim);
         return false;
     }

@@ -25,6 +25,7 @@ typedef struct Sim {
     int frame;             /* number of the frame that `state` is */
     Statistics statistics; /* of the last frame */
     Statistics total;      /* sums over the frames made by this process */
+    int moved_at_start;    /* vertices that were taken out of solids */
     double *packed;        /* (node_count x 6) positions, velocities without ghosts */
 } Sim;
 

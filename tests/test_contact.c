@@ -144,17 +144,19 @@ static void test_stop(void **unused) {
 static void test_capstan(void **unused) {
     (void)unused;
     Play play;
-    play_start(&play, "toile: 1\nfilm: {rate: 50, seconds: 4}\ncloth:\n  strip:\n"
-                      "    shape: {rectangle: {width: 36 cm, height: 1.6 cm}}\n    " FABRIC
-                      "    nodes: 91 x 5\n    damping: 10 1/s\n"
-                      "handles:\n"
-                      "  - {hold: strip.left, move: {by: [0, 0, 4 cm], from: 0 s, to: 1 s, "
-                      "ease: linear}}\n"
-                      "  - {hold: strip.right, move: {by: [0, 0, -4 cm], from: 0 s, to: 1 s, "
-                      "ease: linear}}\n"
-                      "obstacles:\n  drum: {cylinder: {radius: 5 cm, from: [0, -5 cm, 0], to: [0, "
-                      "5 cm, 0]}, friction: 0.3}\n"
-                      "gravity: 0\nsolver: {stepper: central, self_contact: false}\n");
+    play_start(
+        &play,
+        "toile: 1\nfilm: {rate: 50, seconds: 4}\ncloth:\n  strip:\n"
+        "    shape: {rectangle: {width: 36 cm, height: 1.6 cm}}\n    at: [0, 0, 10 cm]\n    " FABRIC
+        "    nodes: 91 x 5\n    damping: 10 1/s\n"
+        "handles:\n"
+        "  - {hold: strip.left, move: {by: [0, 0, 4 cm], from: 0 s, to: 1 s, "
+        "ease: linear}}\n"
+        "  - {hold: strip.right, move: {by: [0, 0, -4 cm], from: 0 s, to: 1 s, "
+        "ease: linear}}\n"
+        "obstacles:\n  drum: {cylinder: {radius: 5 cm, from: [0, -5 cm, 0], to: [0, "
+        "5 cm, 0]}, friction: 0.3}\n"
+        "gravity: 0\nsolver: {stepper: central, self_contact: false}\n");
     /* wrapped half around, stretched by 0.5 % */
     System *system = &play.sim.system;
     double radius = 0.0509, stretch = 1.005, quarter = 0.5 * PI * radius;
@@ -343,6 +345,43 @@ static void test_driven(void **unused) {
     play_end(&play);
 }
 
+/* touching, 1e-9 m apart, some millimetres inside: cloth is moved out and lies down; farther inside
+ * and pierced: refused with the place */
+static void test_starts(void **unused) {
+    (void)unused;
+    const char *scene =
+        "toile: 1\nfilm: {rate: 30, seconds: 1}\ncloth:\n  sheet:\n"
+        "    shape: {rectangle: {width: 60 cm, height: 60 cm}}\n    " FABRIC
+        "    nodes: 16 x 16\n    at: [1 cm, 0, %s]\nobstacles:\n  box: {box: {size: [30 cm, 30 cm, "
+        "30 cm], rounding: 5 mm}, at: [0, 0, -15 cm]}\nsolver: {stepper: central}\n";
+    const char *good[] = {"0 m", "1e-9 m", "-4 mm"}, *bad[] = {"-3 cm", "-14 cm"};
+    char text[1500];
+    for (int k = 0; k < 3; k++) {
+        Play play;
+        snprintf(text, sizeof text, scene, good[k]);
+        play_start(&play, text);
+        assert_true(play.sim.moved_at_start > 0);
+        assert_int_equal(play_crossings(&play), 0);
+        play_to(&play, 0.1);
+        assert_int_equal(play_crossings(&play), 0);
+        CHECK_AT_MOST(play_mean_v(&play).z, 0.1); /* not thrown off */
+        play_end(&play);
+    }
+    for (int k = 0; k < 2; k++) {
+        Arena arena = {0};
+        Scene read;
+        Sim sim;
+        Error error = {0};
+        SimOptions options = sim_options_default();
+        snprintf(text, sizeof text, scene, bad[k]);
+        assert_true(scene_parse("play", text, strlen(text), NULL, &arena, &read, &error));
+        assert_false(sim_create(&sim, &read, &options, &error));
+        assert_non_null(strstr(error.text, "cloth 'sheet' starts inside obstacles: at ("));
+        assert_int_equal(error.code, EXIT_BAD_INPUT);
+        arena_free(&arena);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_law),
@@ -357,6 +396,7 @@ int main(void) {
         cmocka_unit_test(test_skipped),
         cmocka_unit_test(test_driven),
         cmocka_unit_test(test_rest),
+        cmocka_unit_test(test_starts),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

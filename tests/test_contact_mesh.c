@@ -116,7 +116,7 @@ static void test_refused(void **unused) {
         SHEET "obstacles:\n  body: {mesh: {file: " MESHES "icosphere.obj, scale: 10 cm}}\n";
     assert_true(scene_parse("play", inside, strlen(inside), NULL, &arena, &scene, &error));
     assert_false(sim_create(&sim, &scene, &options, &error));
-    assert_non_null(strstr(error.text, "crosses the mesh of obstacle 'body' at the start"));
+    assert_non_null(strstr(error.text, "crosses obstacle 'body' at the start"));
     const char *implicit =
         SHEET "solver: {stepper: bdf2}\nobstacles:\n  body: {mesh: {file: " MESHES
               "icosphere.obj, scale: 10 cm}, at: [0, 0, -20 cm]}\n";

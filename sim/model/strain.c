@@ -374,7 +374,7 @@ FIXED_SIZES add_blocks(const StrainSamples *s, int sample, const double *h, int 
 }
 
 static bool sides_resist(const StrainSamples *s, Slopes v, const double *stress) {
-    double strain[STRAIN_MAX_STRAINS];
+    double strain[STRAIN_MAX_STRAINS] = {0};
     quadratic_strains(s->kind, v, strain);
     for (int k = 5; k < 9; k++) {
         if (stress[k] != 0.0 || side_over(s, strain[k]) > 0.0) {

@@ -1,0 +1,98 @@
+#include "sim/start.h"
+
+#include "sim/contact/push_out.h"
+#include "sim/geom/crossing.h"
+
+#define MOST_DEPTH 10.0 /* contact distances; deeper, moving out would tear at the cloth */
+
+typedef struct Spot {
+    const char *cloth;
+    const double *material; /* (u, v) of a corner of the triangle */
+} Spot;
+
+static Spot spot_of(const System *system, int place) {
+    int c = 0;
+    while (place >= system->first[c + 1]) {
+        c++;
+    }
+    const Cloth *cloth = &system->cloths[c];
+    return (Spot){cloth->def->name, cloth->panel.material + 2 * (place - system->first[c])};
+}
+
+/* the first triangle of the cloth that crosses a mesh, or of a cloth that is inside as a whole; -1 */
+static int crossing_with_mesh(const System *system, const State *state, int obstacle,
+                              const CrossingMesh *cloth, Arena *scratch) {
+    CrossingMesh mesh =
+        system_obstacle_mesh(system, obstacle, state->contact.poses[obstacle], 0.0, scratch);
+    Crossings found = crossing_count_between(cloth, &mesh, scratch);
+    bool closed = system->contact.obstacles[obstacle].mesh->closed;
+    for (int c = 0, at = 0; c < system->cloth_count && closed && found.count == 0; c++) {
+        if (crossing_point_inside(&mesh, cloth->vertices + 3 * (size_t)system->first[c])) {
+            return at;
+        }
+        at += system->cloths[c].panel.triangle_count;
+    }
+    return found.first[0];
+}
+
+static bool check_obstacles(const System *system, const State *state, const CrossingMesh *cloth,
+                            Arena *scratch, Error *error) {
+    for (int o = 0; o < system->contact.obstacle_count; o++) {
+        const ContactObstacle *obstacle = &system->contact.obstacles[o];
+        int triangle =
+            obstacle->mesh
+                ? crossing_with_mesh(system, state, o, cloth, scratch)
+                : crossing_count_solid(cloth, &obstacle->solid, state->contact.poses[o]).first[0];
+        if (triangle >= 0) {
+            Spot spot = spot_of(system, cloth->triangles[3 * triangle]);
+            return error_set(error, EXIT_BAD_INPUT,
+                             "%s: cloth '%s' crosses obstacle '%s' at the start, first at (%.4g, "
+                             "%.4g) m of its panel",
+                             system->scene->path, spot.cloth, system->scene->obstacles[o].name,
+                             spot.material[0], spot.material[1]);
+        }
+    }
+    return true;
+}
+
+static bool check_cloth(const System *system, const CrossingMesh *cloth, Arena *scratch,
+                        Error *error) {
+    Crossings crossings = crossing_count_self(cloth, scratch);
+    if (crossings.count == 0) {
+        return true;
+    }
+    Spot a = spot_of(system, cloth->triangles[3 * crossings.first[0]]);
+    Spot b = spot_of(system, cloth->triangles[3 * crossings.first[1]]);
+    return error_set(error, EXIT_BAD_INPUT,
+                     "%s: cloth '%s' crosses cloth '%s' at the start, first at (%.4g, %.4g) m and "
+                     "(%.4g, %.4g) m of their panels; 'solver: {self_contact: false}' lets it",
+                     system->scene->path, a.cloth, b.cloth, a.material[0], a.material[1],
+                     b.material[0], b.material[1]);
+}
+
+static bool check_depth(const System *system, const PushOut *out, Error *error) {
+    double most = MOST_DEPTH * system->contact.distance;
+    if (out->way <= most) {
+        return true;
+    }
+    Spot spot = spot_of(system, out->farthest);
+    return error_set(error, EXIT_BAD_INPUT,
+                     "%s: cloth '%s' starts inside obstacles: at (%.4g, %.4g) m of its panel it "
+                     "would have to move by %.3g mm; toile moves it by at most %.3g mm",
+                     system->scene->path, spot.cloth, spot.material[0], spot.material[1],
+                     1e3 * out->way, 1e3 * most);
+}
+
+bool start_make_legal(const System *system, State *state, int *moved, Error *error) {
+    Arena scratch = {0};
+    unsigned char *held = arena_push(&scratch, unsigned char, system->place_count);
+    system_mark_held(system, 0.0, held);
+    PushOut out = push_out(&system->contact, state->contact.poses, held, state->x);
+    *moved = out.moved;
+    CrossingMesh cloth = system_mesh(system, state->x, &scratch);
+    bool ok = check_depth(system, &out, error) &&
+              check_obstacles(system, state, &cloth, &scratch, error) &&
+              (!system->contact.self || check_cloth(system, &cloth, &scratch, error));
+    arena_free(&scratch);
+    return ok;
+}
