@@ -93,6 +93,27 @@ static void test_pinch(void **unused) {
     CHECK_AT_MOST(judged.kinetic, 2e-3);
 }
 
+/* balls that stay closed on the cloth: the run ends with the reason when they are too late */
+static void test_late(void **unused) {
+    (void)unused;
+    Play play;
+    Error error = {0};
+    play_start(&play, HANGING "  left: {sphere: {radius: 6 cm}, at: [0, 8 cm, -4 cm],"
+                              " motion: [{move: {by: [0, -4 cm, 0], from: 0 s, to: 0.2 s}}]}\n"
+                              "  right: {mesh: {file: " MESHES
+                              "icosphere.obj, scale: 6 cm}, at: [0, -8 cm, -4 cm],"
+                              " motion: [{move: {by: [0, 4 cm, 0], from: 0 s, to: 0.2 s}}]}\n"
+                              "solver: {lag: 0.1 s}\n");
+    while (play.sim.state.time < 0.5 && sim_advance(&play.sim, &error)) {
+        assert_int_equal(play_crossings(&play), 0);
+    }
+    assert_int_equal(error.code, EXIT_DIFFERS);
+    assert_non_null(strstr(error.text, "is 0.1"));
+    assert_non_null(strstr(error.text, "since pinched cloth does not let it move"));
+    assert_true(play.sim.state.time < 0.4);
+    play_end(&play);
+}
+
 /* a ring of cloth around the waist of the dress form that turns its hips and chest */
 static void test_animated(void **unused) {
     (void)unused;
@@ -131,7 +152,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_drape),   cmocka_unit_test(test_driven),
         cmocka_unit_test(test_pinch),   cmocka_unit_test(test_animated),
-        cmocka_unit_test(test_refused),
+        cmocka_unit_test(test_refused), cmocka_unit_test(test_late),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

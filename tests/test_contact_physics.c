@@ -118,7 +118,7 @@ static double falls(Strip strip, Hang h, const char *solid, const char *stepper)
     snprintf(text, sizeof text,
              "toile: 1\nfilm: {rate: 60, seconds: 4}\ncloth:\n  strip:\n"
              "    shape: {rectangle: {width: %.17g m, height: %.17g m}}\n    " LIMP
-             "    nodes: %d x 3\n    damping: 5 1/s\nobstacles:\n"
+             "    nodes: %d x 3\n    at: [0, 0, 1 m]\n    damping: 5 1/s\nobstacles:\n"
              "  solid: {%s, friction: 0.3}\n"
              "solver: {stepper: %s, self_contact: false}\n",
              strip.length, 2.0 * spacing(strip), strip.nodes, solid, stepper);
@@ -177,7 +177,7 @@ static double capstan(double mu, const char *stepper) {
         text, sizeof text,
         "toile: 1\nfilm: {rate: 50, seconds: 4}\ncloth:\n  strip:\n"
         "    shape: {rectangle: {width: 36 cm, height: 8 mm}}\n    " LIMP
-        "    nodes: 91 x 3\n    damping: 10 1/s\nhandles:\n"
+        "    nodes: 91 x 3\n    at: [0, 0, 1 m]\n    damping: 10 1/s\nhandles:\n"
         "  - {hold: strip.left, move: {by: [0, 0, 4 cm], from: 0 s, to: 1 s, ease: linear}}\n"
         "  - {hold: strip.right, move: {by: [0, 0, -4 cm], from: 0 s, to: 1 s, ease: linear}}\n"
         "obstacles:\n  drum: {cylinder: {radius: 5 cm, from: [0, -5 cm, 0], to: [0, 5 cm, "

@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "sim/base/clock.h"
 #include "sim/base/hash.h"
 #include "sim/contact/engine.h"
 
@@ -414,6 +415,7 @@ void contact_forces(Contact *c, double dt, double share, double time_end) {
     if (c->quiet) {
         return;
     }
+    double start = clock_seconds();
     contact_gather(c);
     if (c->pairs_wanted) {
         self_forces(c, dt, share);
@@ -427,6 +429,7 @@ void contact_forces(Contact *c, double dt, double share, double time_end) {
         double *weight = &c->view.lanes->weight[c->view.slot[place]];
         *weight = inertia * c->weight_kept[place] > 1.0 ? 1.0 / inertia : c->weight_kept[place];
     }
+    c->statistics.seconds += clock_seconds() - start;
 }
 
 void contact_clear(Contact *c) {
@@ -551,7 +554,7 @@ static void write_changed(Contact *c) {
 
 bool contact_is_quiet(const Contact *c) { return c->quiet; }
 
-void contact_guard(Contact *c, double dt, double fastest) {
+static void guard(Contact *c, double dt, double fastest) {
     if (c->quiet) {
         if (stays_quiet(c, dt, fastest)) {
             obstacle_move(c, dt);
@@ -569,6 +572,12 @@ void contact_guard(Contact *c, double dt, double fastest) {
     }
     write_changed(c);
     settle(c);
+}
+
+void contact_guard(Contact *c, double dt, double fastest) {
+    double start = clock_seconds();
+    guard(c, dt, fastest);
+    c->statistics.seconds += clock_seconds() - start;
 }
 
 const ContactStatistics *contact_statistics(const Contact *c) { return &c->statistics; }

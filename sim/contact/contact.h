@@ -60,6 +60,7 @@ typedef struct ContactStatistics {
     double work;                     /* [J] done on the cloth by moving obstacles */
     double friction, damping, guard; /* [J] taken out of the cloth */
     double approach;                 /* [m/s] fastest approach of a near pair */
+    double seconds, search_seconds;  /* [s] of the clock: all of contact; the lists in it */
 } ContactStatistics;
 
 typedef struct Contact Contact;

@@ -3,8 +3,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define MOST_ROUNDS 100  /* over all vertices and triangles; a corner takes about ten */
-#define TOO_CLOSE 0.5    /* of the contact distance: nearer, the law would throw the cloth off */
+#define MOST_ROUNDS 100 /* over all vertices and triangles; a corner takes about ten */
+#define TOO_CLOSE 0.5   /* of the contact distance: nearer, the law would throw the cloth off */
 
 typedef struct Pushed {
     const ContactDef *def;
@@ -74,10 +74,7 @@ PushOut push_out(const ContactDef *def, const Pose *poses, const unsigned char *
     size_t n = 3 * (size_t)def->vertex_count;
     double *before = arena_push(&scratch, double, n);
     memcpy(before, x, n * sizeof *x);
-    Pushed s = {.def = def,
-               .held = held,
-               .x = x,
-               .again = true};
+    Pushed s = {.def = def, .held = held, .x = x, .again = true};
     for (int round = 0; round < MOST_ROUNDS && s.again; round++) {
         s.again = false;
         for (int o = 0; o < def->obstacle_count; o++) {

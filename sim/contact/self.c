@@ -2,6 +2,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "sim/base/clock.h"
 #include "sim/contact/engine.h"
 
 static double relative_speed(const Contact *c, const GroupPair *pair) {
@@ -92,7 +93,9 @@ static void evaluate(Contact *c) {
 /* searches every group pair whose `wanted` is set; what is evaluated stays valid */
 static void search(Contact *c, double dt) {
     Points x = contact_positions(c);
+    double start = clock_seconds();
     lists_query(&c->lists, &x, c->wanted, dt);
+    c->statistics.search_seconds += clock_seconds() - start;
     c->statistics.rebuilds++;
     evaluate(c);
 }

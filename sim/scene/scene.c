@@ -31,8 +31,11 @@ ObstacleDef obstacle_default(void) {
 }
 
 SolverDef solver_default(void) {
-    return (SolverDef){
-        .stepper = "auto", .newton_iterations = 2, .courant = 0.8, .self_contact = true};
+    return (SolverDef){.stepper = "auto",
+                       .newton_iterations = 2,
+                       .courant = 0.8,
+                       .self_contact = true,
+                       .lag = 1.0};
 }
 
 Scene scene_default(void) {
@@ -74,6 +77,8 @@ static const Field solver_fields[] = {
      .help = "distance kept between cloth and obstacles or cloth; auto: from the thickness"},
     {"self_contact", FIELD_BOOL, offsetof(SolverDef, self_contact),
      .help = "cloth meets itself and other cloth"},
+    {"lag", FIELD_NUMBER, offsetof(SolverDef, lag), .unit = "s", .min = 0.0, .max = 1e6,
+     .help = "an obstacle farther behind its motion, since cloth is pinched, ends the run"},
     {0}};
 static const Schema solver_schema = {.name = "solver",
                                      .help = "numerical choices",

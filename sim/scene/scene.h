@@ -133,6 +133,8 @@ typedef struct SolverDef {
     double contact_distance; /* [m] distance kept from obstacles and other cloth; 0 = from the
                                 thickness */
     bool self_contact;       /* cloth meets itself and other cloth; true */
+    double lag;              /* [s] an obstacle that pinched cloth keeps further behind than this
+                                ends the run; 1 s */
 } SolverDef;
 
 typedef struct Scene {

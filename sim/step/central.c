@@ -97,6 +97,8 @@ static void record(const System *system, const State *state, const ExplicitRun *
     s->damping += result->contact.damping;
     s->guard += result->contact.guard;
     s->approach = result->contact.approach;
+    s->contact_seconds += result->contact.seconds;
+    s->search_seconds += result->contact.search_seconds;
     for (int o = 0; o < system->contact.obstacle_count; o++) {
         s->lag = fmax(s->lag, state->time - state->contact.clocks[o]);
     }

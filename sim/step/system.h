@@ -67,6 +67,8 @@ typedef struct Statistics {
     double friction, damping, guard;           /* [J] taken out of the cloth in the frame */
     double approach;                           /* [m/s] fastest of a near pair */
     double cpu;                                /* [s] process time of the frame */
+    double seconds, contact_seconds, search_seconds; /* [s] of the clock: the frame, contact in it,
+                                                        the lists in contact (explicit) */
 } Statistics;
 #define STATISTIC_COUNT ((int)(sizeof(Statistics) / sizeof(double)))
 extern const char statistic_names[]; /* one per line, in the order of the struct */
