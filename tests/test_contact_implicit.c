@@ -288,7 +288,8 @@ static void test_clamp(void **unused) {
         for (int round = 0; round < 4; round++) { /* each from where the last one ended */
             memset(dx, 0, (size_t)n * sizeof *dx);
             cloths_shake(dx, w.system.place_count, scales[k % 4], (uint64_t)(10 * k + round));
-            clamp_motion(&clamp, w.state.contact.poses, held, w.state.x, dx);
+            clamp_motion(&clamp, &(ClampObstacles){.from = w.state.contact.poses}, held, w.state.x,
+                         dx);
             for (int i = 0; i < n; i++) {
                 w.state.x[i] += dx[i];
             }
@@ -299,8 +300,9 @@ static void test_clamp(void **unused) {
         BarrierReport report = barrier_look(b, w.state.x);
         least = fmin(least, fmin(report.smallest_gap, report.smallest_self_gap));
         dx[4] = NAN;
-        assert_true(
-            clamp_motion(&clamp, w.state.contact.poses, held, w.state.x, dx).smallest_share == 0.0);
+        assert_true(clamp_motion(&clamp, &(ClampObstacles){.from = w.state.contact.poses}, held,
+                                 w.state.x, dx)
+                        .smallest_share == 0.0);
         assert_true(dx[4] == 0.0);
         world_end(&w);
     }

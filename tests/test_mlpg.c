@@ -295,7 +295,8 @@ static double fold_residual(double theta, double waves_nodes, int n, double stif
         NewtonParams params = newton_default();
         params.max_iterations = 30;
         params.tolerance = 1e-4;
-        implicit_solve(implicit, &terms, held, &state, &params, NULL, state.x);
+        implicit_begin(implicit, held, &state);
+        implicit_solve(implicit, &terms, &params, NULL, state.x);
     }
     double residual = system_elastic_energy(&b.system, state.x) / flat;
     implicit_destroy(implicit);

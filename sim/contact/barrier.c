@@ -12,7 +12,9 @@ Barrier *barrier_create(const ContactDef *def, Arena *arena) {
                    .arena = arena,
                    .clamp = clamp_create(def, arena),
                    .poses = arena_push(arena, Pose, def->obstacle_count),
-                   .clocks = arena_push(arena, double, def->obstacle_count)};
+                   .clocks = arena_push(arena, double, def->obstacle_count),
+                   .next = arena_push(arena, Pose, def->obstacle_count),
+                   .advance = arena_push(arena, double, def->obstacle_count)};
     return b;
 }
 
@@ -24,6 +26,7 @@ void barrier_begin(Barrier *b, const ContactMemory *memory, const double *x,
     size_t obstacles = (size_t)b->def->obstacle_count;
     memcpy(b->poses, memory->poses, obstacles * sizeof *b->poses);
     memcpy(b->clocks, memory->clocks, obstacles * sizeof *b->clocks);
+    b->driven = false;
     meetings_clear(&b->now);
     if (b->memory_slot_count < 2 * memory->pair_count || b->memory_slot_count == 0) {
         b->memory_slot_count = b->memory_slot_count > 0 ? b->memory_slot_count : 1024;
@@ -40,6 +43,32 @@ void barrier_begin(Barrier *b, const ContactMemory *memory, const double *x,
         }
         b->memory_slots[s] = i + 1;
     }
+}
+
+static Vec3 friction_of(const Meeting *m) {
+    double kt = CONTACT_BRISTLE_SHARE * m->stiffness, length = vec3_length(m->stretch);
+    return vec3_scale(m->slips ? -kt * m->limit / length : -kt, m->stretch);
+}
+
+void barrier_drive(Barrier *b, double time_end, double dt) {
+    for (int o = 0; o < b->def->obstacle_count; o++) {
+        const ContactObstacle *obstacle = &b->def->obstacles[o];
+        double ahead = fmin(time_end - b->clocks[o], CONTACT_CATCH_UP * dt);
+        b->advance[o] = obstacle->moves ? fmax(0.0, ahead) : 0.0;
+        b->next[o] = b->advance[o] > 0.0 ? contact_pose(obstacle, b->clocks[o] + b->advance[o])
+                                         : b->poses[o];
+        b->driven = b->driven || b->advance[o] > 0.0;
+    }
+}
+
+double barrier_work(const Barrier *b) {
+    double work = 0.0;
+    for (int i = 0; i < b->now.count; i++) {
+        const Meeting *m = &b->now.items[i];
+        Vec3 force = vec3_axpy(friction_of(m), m->force, m->foot.normal);
+        work += vec3_dot(force, m->carried);
+    }
+    return work;
 }
 
 BarrierReport barrier_look(Barrier *b, const double *x) {
@@ -61,11 +90,6 @@ double barrier_energy(const Barrier *b) {
         energy += b->now.items[i].energy;
     }
     return energy;
-}
-
-static Vec3 friction_of(const Meeting *m) {
-    double kt = CONTACT_BRISTLE_SHARE * m->stiffness, length = vec3_length(m->stretch);
-    return vec3_scale(m->slips ? -kt * m->limit / length : -kt, m->stretch);
 }
 
 void barrier_add_gradient(const Barrier *b, double *g) {
@@ -186,7 +210,13 @@ void barrier_mark(const Barrier *b, unsigned char *flags) {
 }
 
 ClampReport barrier_clamp(Barrier *b, const double *x, double *dx, const unsigned char **changed) {
-    ClampReport report = clamp_motion(&b->clamp, b->poses, b->held, x, dx);
+    ClampObstacles obstacles = {b->poses, b->next, b->clocks, b->driven ? b->advance : NULL};
+    ClampReport report = clamp_motion(&b->clamp, &obstacles, b->held, x, dx);
+    for (int o = 0; b->driven && o < b->def->obstacle_count; o++) {
+        b->poses[o] = b->next[o];
+        b->clocks[o] += b->advance[o];
+    }
+    b->driven = false;
     if (changed) {
         *changed = b->clamp.changed;
     }
@@ -197,6 +227,8 @@ void barrier_end(const Barrier *b, ContactMemory *memory) {
     size_t obstacles = (size_t)b->def->obstacle_count;
     memset(memory->bristles, 0,
            3 * (size_t)b->def->vertex_count * obstacles * sizeof *memory->bristles);
+    memcpy(memory->poses, b->poses, obstacles * sizeof *b->poses);
+    memcpy(memory->clocks, b->clocks, obstacles * sizeof *b->clocks);
     memory->pair_count = memory->touch_count = 0;
     for (int i = 0; i < b->now.count; i++) { /* those at obstacles come first */
         const Meeting *m = &b->now.items[i];

@@ -42,6 +42,12 @@ Barrier *barrier_create(const ContactDef *def, Arena *arena);
 void barrier_begin(Barrier *barrier, const ContactMemory *memory, const double *x,
                    const unsigned char *held);
 
+/* The next clamp moves the obstacles too, towards where they want to be at time_end [s], and at
+ * most by CONTACT_CATCH_UP dt; where cloth cannot yield they wait. */
+void barrier_drive(Barrier *barrier, double time_end, double dt);
+/* [J] that moving obstacles did on the cloth in this step, by the forces of now. */
+double barrier_work(const Barrier *barrier);
+
 /* Finds the contacts at x. What follows speaks of them. */
 BarrierReport barrier_look(Barrier *barrier, const double *x);
 
@@ -64,7 +70,7 @@ void barrier_mark(const Barrier *barrier, unsigned char *flags);
 ClampReport barrier_clamp(Barrier *barrier, const double *x, double *dx,
                           const unsigned char **changed);
 
-/* What the friction memory becomes when the positions that were looked at last are accepted. */
+/* What memory becomes when the positions that were looked at last are accepted: bristles, poses. */
 void barrier_end(const Barrier *barrier, ContactMemory *memory);
 
 /* Triangles that cross each other, or reach into an obstacle, at x; by sim/geom/crossing.h. */

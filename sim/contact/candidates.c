@@ -10,6 +10,7 @@ Candidates candidates_create(const ContactDef *def, Arena *arena) {
     c.swept = arena_push(arena, Box, def->vertex_count);
     c.cells = arena_push(arena, Box, c.surface.cell_count);
     c.distances = arena_push(arena, double, def->vertex_count);
+    c.motions = arena_push(arena, double, def->vertex_count);
     Vec3 *centres = arena_push(arena, Vec3, c.surface.cell_count);
     for (int i = 0; i < c.surface.cell_count; i++) {
         const int *corner = c.surface.triangles + 3 * (size_t)c.surface.cells[i].triangle[0];
@@ -117,18 +118,15 @@ static void find_pairs(Candidates *c) {
 
 /* ---- cloth with obstacles ---- */
 
-static double motion_of(const double *dx, int place) {
-    return dx ? vec3_length(vec3_load(dx + 3 * (size_t)place)) : 0.0;
-}
-
-static void find_touches(Candidates *c, Pose pose, int obstacle, const double *x,
+static void find_touches(Candidates *c, Pose pose, Pose to, int obstacle, const double *x,
                          const double *dx) {
     const ContactDef *def = c->def;
     const Solid *solid = &def->obstacles[obstacle].solid;
     for (int i = 0; i < def->vertex_count; i++) {
-        Vec3 normal;
-        c->distances[i] =
-            solid_distance(solid, pose_unapply(pose, vec3_load(x + 3 * (size_t)i)), &normal);
+        Vec3 normal, at = vec3_load(x + 3 * (size_t)i), y = pose_unapply(pose, at);
+        Vec3 end = dx ? vec3_add(at, vec3_load(dx + 3 * (size_t)i)) : at;
+        c->distances[i] = solid_distance(solid, y, &normal);
+        c->motions[i] = vec3_length(vec3_sub(pose_unapply(to, end), y));
     }
     for (int t = 0; t < c->surface.triangle_count; t++) {
         const int *corner = c->surface.triangles + 3 * (size_t)t;
@@ -141,7 +139,7 @@ static void find_touches(Candidates *c, Pose pose, int obstacle, const double *x
                 longest = fmax(longest, vec3_dot(side, side));
             }
             bound = fmax(bound, c->distances[corner[k]] - sqrt(longest));
-            farthest = fmax(farthest, motion_of(dx, corner[k]));
+            farthest = fmax(farthest, c->motions[corner[k]]);
         }
         double dhat = def->vertex_distance[corner[0]];
         if (bound - farthest < dhat) {
@@ -152,10 +150,11 @@ static void find_touches(Candidates *c, Pose pose, int obstacle, const double *x
     }
 }
 
-void candidates_find(Candidates *c, const Pose *poses, const double *x, const double *dx) {
+void candidates_find(Candidates *c, const Pose *poses, const Pose *to, const double *x,
+                     const double *dx) {
     c->count = 0;
     for (int o = 0; o < c->def->obstacle_count; o++) {
-        find_touches(c, poses[o], o, x, dx);
+        find_touches(c, poses[o], to[o], o, x, dx);
     }
     if (!c->def->self) {
         return;

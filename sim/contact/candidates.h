@@ -25,14 +25,16 @@ typedef struct Candidates {
     Box *swept;        /* (vertex_count) of a vertex */
     Box *cells;        /* (cell_count) */
     double *distances; /* [m] (vertex_count) from the obstacle at work */
+    double *motions;   /* [m] (vertex_count) relative to it */
     Candidate *items;  /* (count) */
     int count, room;
 } Candidates;
 
 Candidates candidates_create(const ContactDef *def, Arena *arena);
 
-/* All pairs that may come nearer than their contact distance. x, dx: [m] (vertex_count x 3);
- * dx NULL: nothing moves. */
-void candidates_find(Candidates *c, const Pose *poses, const double *x, const double *dx);
+/* All pairs that may come nearer than their contact distance while obstacles go from poses to `to`.
+ * x, dx: [m] (vertex_count x 3); dx NULL: no vertex moves. */
+void candidates_find(Candidates *c, const Pose *poses, const Pose *to, const double *x,
+                     const double *dx);
 
 #endif

@@ -12,6 +12,9 @@ Clamp clamp_create(const ContactDef *def, Arena *arena) {
     clamp.next = arena_push(arena, double, def->vertex_count);
     clamp.stamp = arena_push(arena, int, def->vertex_count);
     clamp.changed = arena_push(arena, unsigned char, def->vertex_count);
+    clamp.yields = arena_push(arena, double, def->obstacle_count);
+    clamp.next_yields = arena_push(arena, double, def->obstacle_count);
+    clamp.obstacle_stamp = arena_push(arena, int, def->obstacle_count);
     return clamp;
 }
 
@@ -26,25 +29,33 @@ double clamp_target(double dhat, double d0) {
 static int corner_count(const Candidate *item) { return item->obstacle < 0 ? 4 : 3; }
 
 /* the corners and, with `share`, their shortened motions; in the frame of the solid */
-static void load(const Candidate *item, const Pose *poses, const double *x, const double *dx,
+static void load(const Candidate *item, const ClampObstacles *o, const double *x, const double *dx,
                  const double *share, Vec3 y[4], Vec3 p[4]) {
     for (int k = 0; k < corner_count(item); k++) {
         size_t at = 3 * (size_t)item->place[k];
         y[k] = vec3_load(x + at);
         p[k] = dx ? vec3_load(dx + at) : vec3(0, 0, 0);
         p[k] = share ? vec3_scale(share[item->place[k]], p[k]) : p[k];
-        if (item->obstacle >= 0) {
-            Pose pose = poses[item->obstacle];
-            y[k] = pose_unapply(pose, y[k]);
-            p[k] = quat_rotate(quat_inverse(pose.turn), p[k]);
+        if (item->obstacle < 0) {
+            continue;
         }
+        Vec3 end = vec3_add(y[k], p[k]);
+        Pose pose = o->from[item->obstacle];
+        y[k] = pose_unapply(pose, y[k]);
+        p[k] = o->advance ? vec3_sub(pose_unapply(o->to[item->obstacle], end), y[k])
+                          : quat_rotate(quat_inverse(pose.turn), p[k]);
     }
 }
 
-static double distance_of(const Clamp *c, const Candidate *item, const Pose *poses,
+/* turn of the frame in which the motion of a pair with an obstacle ends */
+static Quat end_turn(const ClampObstacles *o, int obstacle) {
+    return o->advance ? o->to[obstacle].turn : o->from[obstacle].turn;
+}
+
+static double distance_of(const Clamp *c, const Candidate *item, const ClampObstacles *o,
                           const double *x) {
     Vec3 y[4], p[4], normal;
-    load(item, poses, x, NULL, NULL, y, p);
+    load(item, o, x, NULL, NULL, y, p);
     if (item->obstacle >= 0) {
         double w[3];
         int feature;
@@ -58,14 +69,16 @@ static double distance_of(const Clamp *c, const Candidate *item, const Pose *pos
 }
 
 /* candidates of this motion that could come too near, with their targets */
-static void find(Clamp *c, const Pose *poses, const double *x, const double *dx) {
-    candidates_find(&c->near, poses, x, dx);
+static void find(Clamp *c, const ClampObstacles *o, const double *x, const double *dx) {
+    candidates_find(&c->near, o->from, o->advance ? o->to : o->from, x, dx);
     int kept = 0;
     for (int i = 0; i < c->near.count; i++) {
         Candidate item = c->near.items[i];
-        double motion[4] = {0}, d0 = distance_of(c, &item, poses, x);
+        Vec3 y[4], p[4];
+        double motion[4] = {0}, d0 = distance_of(c, &item, o, x);
+        load(&item, o, x, dx, NULL, y, p);
         for (int k = 0; k < corner_count(&item); k++) {
-            motion[k] = vec3_length(vec3_load(dx + 3 * (size_t)item.place[k]));
+            motion[k] = vec3_length(p[k]);
         }
         int first = item.obstacle >= 0 ? 3 : item.kind == PAIR_FACE ? 1 : 2;
         double most[2] = {0.0, 0.0};
@@ -73,6 +86,9 @@ static void find(Clamp *c, const Pose *poses, const double *x, const double *dx)
             most[k >= first] = fmax(most[k >= first], motion[k]);
         }
         item.target = clamp_target(item.dhat, d0);
+        if (o->advance && item.obstacle >= 0 && d0 < CONTACT_CORE * item.dhat) {
+            item.target = CONTACT_PINCHED * d0;
+        }
         if (d0 > 0.0 && d0 - item.target <= most[0] + most[1]) {
             c->near.items[kept++] = item;
         }
@@ -80,30 +96,34 @@ static void find(Clamp *c, const Pose *poses, const double *x, const double *dx)
     c->near.count = kept;
 }
 
-static double ccd(const Clamp *c, const Candidate *item, const Pose *poses, const double *x,
+static double ccd(const Clamp *c, const Candidate *item, const ClampObstacles *o, const double *x,
                   const double *dx, const double *share, Vec3 *normal) {
     Vec3 y[4], p[4];
-    load(item, poses, x, dx, share, y, p);
+    load(item, o, x, dx, share, y, p);
     if (item->obstacle < 0) {
         return ccd_pair(item->kind, y, p, item->target, normal);
     }
     double t = ccd_solid(&c->near.def->obstacles[item->obstacle].solid, y, p, item->target, normal);
-    *normal = quat_rotate(poses[item->obstacle].turn, *normal);
+    *normal = quat_rotate(end_turn(o, item->obstacle), *normal);
     return t;
 }
 
 /* ---- stage 1 ---- */
 
 /* takes the approach along n out of the motion of a blocked pair; true when something changed */
-static bool project(Clamp *c, const Candidate *item, const unsigned char *held, double *dx,
-                    double t, Vec3 n, int round) {
+static bool project(Clamp *c, const Candidate *item, const ClampObstacles *o,
+                    const unsigned char *held, const double *x, double *dx, double t, Vec3 n,
+                    int round) {
+    Vec3 y[4], p[4];
+    load(item, o, x, dx, NULL, y, p);
     int count = corner_count(item);
     int first = item->obstacle >= 0 ? 3 : item->kind == PAIR_FACE ? 1 : 2;
     double mean[2] = {0.0, 0.0}, along[4];
     bool fixed[2] = {true, true}, any = false;
     for (int k = 0; k < count; k++) {
         int side = k >= first;
-        along[k] = vec3_dot(n, vec3_load(dx + 3 * (size_t)item->place[k]));
+        Vec3 moved = item->obstacle < 0 ? p[k] : quat_rotate(end_turn(o, item->obstacle), p[k]);
+        along[k] = vec3_dot(n, moved);
         mean[side] += along[k] / (side ? count - first : first);
         fixed[side] = fixed[side] && held[item->place[k]];
     }
@@ -132,14 +152,17 @@ static bool is_fresh(const Clamp *c, const Candidate *item, int round) {
             return true;
         }
     }
-    return false;
+    return item->obstacle >= 0 && c->obstacle_stamp[item->obstacle] >= round - 1;
 }
 
 /* true when some pair was blocked */
-static bool project_all(Clamp *c, const Pose *poses, const unsigned char *held, const double *x,
-                        double *dx, ClampReport *report) {
+static bool project_all(Clamp *c, const ClampObstacles *o, const unsigned char *held,
+                        const double *x, double *dx, ClampReport *report) {
     bool blocked = false;
     memset(c->stamp, 0, (size_t)c->near.def->vertex_count * sizeof *c->stamp);
+    for (int i = 0; i < c->near.def->obstacle_count; i++) {
+        c->obstacle_stamp[i] = -1;
+    }
     for (int round = 1; round <= CONTACT_PROJECT_ROUNDS; round++) {
         bool again = false;
         for (int i = 0; i < c->near.count; i++) {
@@ -148,11 +171,11 @@ static bool project_all(Clamp *c, const Pose *poses, const unsigned char *held, 
             if (!is_fresh(c, item, round)) {
                 continue;
             }
-            double t = ccd(c, item, poses, x, dx, NULL, &n);
+            double t = ccd(c, item, o, x, dx, NULL, &n);
             if (t < 1.0) {
                 blocked = true;
                 report->projected++;
-                again = project(c, item, held, dx, t, n, round) || again;
+                again = project(c, item, o, held, x, dx, t, n, round) || again;
             }
         }
         if (!again) {
@@ -165,10 +188,10 @@ static bool project_all(Clamp *c, const Pose *poses, const unsigned char *held, 
 /* ---- stage 2 ---- */
 
 /* lowers next shares of the vertices of a blocked pair; true when it was blocked */
-static bool shorten(Clamp *c, const Candidate *item, const Pose *poses, const double *x,
+static bool shorten(Clamp *c, const Candidate *item, const ClampObstacles *o, const double *x,
                     const double *dx, int round) {
     Vec3 n = {0, 0, 0};
-    double t = ccd(c, item, poses, x, dx, c->share, &n);
+    double t = ccd(c, item, o, x, dx, c->share, &n);
     if (t >= 1.0) {
         return false;
     }
@@ -177,15 +200,36 @@ static bool shorten(Clamp *c, const Candidate *item, const Pose *poses, const do
         int place = item->place[k];
         c->next[place] = fmin(c->next[place], t * c->share[place]);
     }
+    if (item->obstacle >= 0) {
+        double *yields = &c->next_yields[item->obstacle];
+        *yields = fmin(*yields, t * c->yields[item->obstacle]);
+    }
     return true;
 }
 
-static void shorten_all(Clamp *c, const Pose *poses, const double *x, double *dx,
+/* obstacles keep the shares of their motions that this round left */
+static void yield(Clamp *c, const ClampObstacles *o, int round) {
+    for (int i = 0; o->advance && i < c->near.def->obstacle_count; i++) {
+        if (c->next_yields[i] < c->yields[i]) {
+            double ahead = c->next_yields[i] * o->advance[i];
+            o->to[i] = ahead > 0.0 ? contact_pose(&c->near.def->obstacles[i], o->clocks[i] + ahead)
+                                   : o->from[i];
+            c->obstacle_stamp[i] = round;
+        }
+        c->yields[i] = c->next_yields[i];
+    }
+}
+
+static void shorten_all(Clamp *c, const ClampObstacles *o, const double *x, double *dx,
                         ClampReport *report) {
     int n = c->near.def->vertex_count;
     for (int i = 0; i < n; i++) {
         c->share[i] = c->next[i] = 1.0;
         c->stamp[i] = 0;
+    }
+    for (int i = 0; i < c->near.def->obstacle_count; i++) {
+        c->yields[i] = c->next_yields[i] = 1.0;
+        c->obstacle_stamp[i] = 0;
     }
     bool again = true;
     for (int round = 1; again; round++) {
@@ -193,13 +237,17 @@ static void shorten_all(Clamp *c, const Pose *poses, const double *x, double *dx
         for (int i = 0; i < c->near.count; i++) {
             const Candidate *item = &c->near.items[i];
             if (is_fresh(c, item, round)) {
-                again = shorten(c, item, poses, x, dx, round) || again;
+                again = shorten(c, item, o, x, dx, round) || again;
             }
         }
         for (int i = 0; i < n; i++) {
             c->stamp[i] = c->next[i] < c->share[i] ? round : c->stamp[i];
             c->share[i] = c->next[i];
         }
+        yield(c, o, round);
+    }
+    for (int i = 0; o->advance && i < c->near.def->obstacle_count; i++) {
+        o->advance[i] *= c->yields[i];
     }
     report->smallest_share = 1.0;
     for (int i = 0; i < n; i++) {
@@ -212,25 +260,29 @@ static void shorten_all(Clamp *c, const Pose *poses, const double *x, double *dx
     }
 }
 
-ClampReport clamp_motion(Clamp *c, const Pose *poses, const unsigned char *held, const double *x,
-                         double *dx) {
+ClampReport clamp_motion(Clamp *c, const ClampObstacles *o, const unsigned char *held,
+                         const double *x, double *dx) {
     ClampReport report = {.smallest_share = 1.0};
     int n = c->near.def->vertex_count;
     memset(c->changed, 0, (size_t)n);
     for (int k = 0; k < 3 * n; k++) {
         if (!isfinite(dx[k])) {
             memset(dx, 0, 3 * (size_t)n * sizeof *dx);
+            for (int i = 0; o->advance && i < c->near.def->obstacle_count; i++) {
+                o->advance[i] = 0.0;
+                o->to[i] = o->from[i];
+            }
             report.smallest_share = 0.0;
             return report;
         }
     }
     for (int search = 0; search < CONTACT_PROJECT_SEARCHES; search++) {
-        find(c, poses, x, dx);
-        if (!project_all(c, poses, held, x, dx, &report)) {
+        find(c, o, x, dx);
+        if (!project_all(c, o, held, x, dx, &report)) {
             return report; /* all pairs of this motion are proven */
         }
     }
-    find(c, poses, x, dx);
-    shorten_all(c, poses, x, dx, &report);
+    find(c, o, x, dx);
+    shorten_all(c, o, x, dx, &report);
     return report;
 }

@@ -15,11 +15,24 @@
 
 #include "sim/contact/candidates.h"
 
+/* Where the obstacles are, and where they want to go during a motion. A pair with an obstacle that
+ * moves is judged in the frame of the obstacle, along the straight line there from where it is to
+ * where it will be; obstacles must turn little in one motion (CONTACT_MOST_TURN). */
+typedef struct ClampObstacles {
+    const Pose *from;
+    Pose *to;             /* (obstacle_count) where they are after the motion */
+    const double *clocks; /* [s] */
+    double *advance;      /* [s] of their clocks; made shorter where cloth cannot yield; NULL: all
+                             stand still, and `to` is not used */
+} ClampObstacles;
+
 typedef struct Clamp {
     Candidates near;
-    double *share, *next;   /* (vertex_count) */
-    int *stamp;             /* (vertex_count) round in which the motion changed last */
-    unsigned char *changed; /* (vertex_count) 1: clamped by the last motion */
+    double *share, *next;         /* (vertex_count) */
+    int *stamp;                   /* (vertex_count) round in which the motion changed last */
+    unsigned char *changed;       /* (vertex_count) 1: clamped by the last motion */
+    double *yields, *next_yields; /* (obstacle_count) share of its motion that an obstacle keeps */
+    int *obstacle_stamp;          /* round in which that changed last */
 } Clamp;
 
 typedef struct ClampReport {
@@ -34,7 +47,7 @@ double clamp_target(double dhat, double d0);
 
 /* Changes dx so that x + t dx is legal for all t in [0, 1], if x is. Held vertices keep their
  * direction. A motion that is not finite becomes 0. x, dx: [m] (vertex_count x 3). */
-ClampReport clamp_motion(Clamp *clamp, const Pose *poses, const unsigned char *held,
+ClampReport clamp_motion(Clamp *clamp, const ClampObstacles *obstacles, const unsigned char *held,
                          const double *x, double *dx);
 
 #endif

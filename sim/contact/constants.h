@@ -59,6 +59,8 @@
 #define CONTACT_PROJECT_LEAST 0.02 /* of the approach taken out at least; 0 never ends */
 #define CONTACT_HALVE_AFTER 12     /* rounds of shortening after which shares are halved */
 #define CONTACT_STOP_AFTER 20      /* ... after which blocked nodes stay where they are */
+#define CONTACT_PINCHED 0.999      /* of a gap below the core that a moving obstacle must leave */
+#define CONTACT_MOST_TURN 0.1      /* [rad] of an obstacle in one step: arcs are taken as chords */
 #define CONTACT_REST_SHARE 0.5 /* of the rest distance of two features of one panel: largest dhat */
 
 #endif

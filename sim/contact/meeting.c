@@ -300,7 +300,7 @@ static void find_pair(Barrier *b, const Candidate *item, const double *x) {
 void meetings_find(Barrier *b, const double *x) {
     meetings_clear(&b->now);
     Candidates *near = &b->clamp.near;
-    candidates_find(near, b->poses, x, NULL);
+    candidates_find(near, b->poses, b->poses, x, NULL);
     for (int o = 0; o < b->def->obstacle_count; o++) {
         find_vertices(b, o, x);
     }

@@ -52,8 +52,11 @@ struct Barrier {
     int *memory_slots, memory_slot_count;
     const double *start;
     const unsigned char *held;
-    Pose *poses;    /* (obstacle_count) of the obstacles, after they moved */
-    double *clocks; /* [s] (obstacle_count) */
+    Pose *poses;     /* (obstacle_count) of the obstacles, after they moved */
+    double *clocks;  /* [s] (obstacle_count) */
+    Pose *next;      /* where they want to be, if `driven` */
+    double *advance; /* [s] (obstacle_count) */
+    bool driven;     /* the next clamp moves them */
 };
 
 void meetings_clear(Meetings *meetings);

@@ -84,6 +84,16 @@ int implicit_count_crossings(const Implicit *im, const double *x) {
     return im->barrier ? barrier_count_crossings(im->barrier, x) : 0;
 }
 
+void implicit_drive(Implicit *im, double time_end, double dt) {
+    if (im->barrier) {
+        barrier_drive(im->barrier, time_end, dt);
+    }
+}
+
+double implicit_obstacle_work(const Implicit *im) {
+    return im->barrier ? barrier_work(im->barrier) : 0.0;
+}
+
 bool implicit_has_contact(const Implicit *im) { return im->barrier != NULL; }
 
 bool implicit_add_clamped(const Implicit *im, unsigned char *flags) {
@@ -239,13 +249,11 @@ static bool add_left_out(void *context, const double *p, double *y) {
     return barrier_add_lumped(im->barrier, p, y);
 }
 
-NewtonProblem implicit_problem(Implicit *im, const ImplicitTerms *terms, const unsigned char *held,
-                               const State *start) {
+static NewtonProblem problem_of(Implicit *im, const ImplicitTerms *terms) {
     im->terms = *terms;
-    implicit_begin(im, held, start);
     return (NewtonProblem){.context = im,
                            .node_count = im->system->place_count,
-                           .fixed = held,
+                           .fixed = im->held,
                            .matrix = &im->matrix,
                            .factor = im->factor,
                            .gradient = gradient,
@@ -256,14 +264,19 @@ NewtonProblem implicit_problem(Implicit *im, const ImplicitTerms *terms, const u
                            .add_left_out = im->barrier ? add_left_out : NULL};
 }
 
-NewtonReport implicit_solve(Implicit *im, const ImplicitTerms *terms, const unsigned char *held,
-                            const State *start, const NewtonParams *params, const double *first_dx,
-                            double *x) {
-    NewtonProblem problem = implicit_problem(im, terms, held, start);
+NewtonProblem implicit_problem(Implicit *im, const ImplicitTerms *terms, const unsigned char *held,
+                               const State *start) {
+    implicit_begin(im, held, start);
+    return problem_of(im, terms);
+}
+
+NewtonReport implicit_solve(Implicit *im, const ImplicitTerms *terms, const NewtonParams *params,
+                            const double *first_dx, double *x) {
+    NewtonProblem problem = problem_of(im, terms);
     return newton_solve(&problem, params, first_dx, x, &im->scratch);
 }
 
-void implicit_store_bristles(Implicit *im, const double *x, State *state) {
+void implicit_store_contact(Implicit *im, const double *x, State *state) {
     if (im->barrier) {
         barrier_look(im->barrier, x);
         barrier_end(im->barrier, &state->contact);

@@ -28,8 +28,12 @@ typedef struct ImplicitTerms {
 Implicit *implicit_create(const System *system);
 void implicit_destroy(Implicit *implicit);
 
-/* A step starts at `start`: contacts and friction are those there. Part of implicit_solve. */
+/* A step starts at `start`: contacts and friction are those there. Before implicit_solve. */
 void implicit_begin(Implicit *implicit, const unsigned char *held, const State *start);
+/* The next implicit_clamp moves the obstacles too, see barrier_drive. */
+void implicit_drive(Implicit *implicit, double time_end, double dt);
+/* [J] done by obstacles on the cloth since the start of the step, at the contacts found last. */
+double implicit_obstacle_work(const Implicit *implicit);
 /* Makes a motion from x legal; returns the smallest share of it that was left. Marks the places
  * whose motion was changed (NULL: do not mark). */
 double implicit_clamp(Implicit *implicit, const double *x, double *dx, unsigned char *changed);
@@ -43,18 +47,16 @@ bool implicit_add_clamped(const Implicit *implicit, unsigned char *flags);
 /* Triangles that cross at x, by exact predicates; slow. */
 int implicit_count_crossings(const Implicit *implicit, const double *x);
 
-/* Solves for x from the start value in x; `first_dx`: see newton_solve. held: (place_count);
- * start: the state at the start of the step, for contact and friction. */
+/* Solves for x from the start value in x; `first_dx`: see newton_solve. */
 NewtonReport implicit_solve(Implicit *implicit, const ImplicitTerms *terms,
-                            const unsigned char *held, const State *start,
                             const NewtonParams *params, const double *first_dx, double *x);
 
 /* [N] |gradient|_2 of the static problem over free places, at x. */
 double implicit_residual(Implicit *implicit, const unsigned char *held, const State *start,
                          const double *x);
 
-/* What the friction memory becomes when x is accepted; `state` may be the start of the step. */
-void implicit_store_bristles(Implicit *implicit, const double *x, State *state);
+/* What the memory of contact becomes when x is accepted; `state` may be the start of the step. */
+void implicit_store_contact(Implicit *implicit, const double *x, State *state);
 
 double implicit_factor_bytes(const Implicit *implicit); /* [byte] */
 double implicit_nonzeros(const Implicit *implicit);     /* of the factor */

@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "sim/contact/constants.h"
 #include "sim/step/explicit.h"
 #include "sim/step/implicit.h"
 #include "sim/step/stepper.h"
@@ -30,6 +31,7 @@
 #define CONTACT_UNSETTLED 1       /* halvings; more do not help where contacts come and go */
 #define CONTACT_HALVINGS 4        /* then a step that gains energy is taken: it is legal */
 #define GOOD_STEPS 4              /* after which a step that was halved is doubled */
+#define TURN_SAMPLES 8            /* of the turn of an obstacle in an output interval */
 /* of weight x size: energy that rounding may add to cloth at rest */
 #define ENERGY_FLOOR 1e-9
 
@@ -44,13 +46,7 @@ typedef struct ImplicitTime {
 } ImplicitTime;
 
 static bool create(const System *system, void **data, bool second_order, Error *error) {
-    for (int o = 0; o < system->contact.obstacle_count; o++) {
-        if (system->contact.obstacles[o].moves) {
-            return error_set(error, EXIT_BAD_INPUT,
-                             "%s: moving obstacles need an explicit stepper ('stepper: central')",
-                             system->scene->path);
-        }
-    }
+    (void)error;
     ImplicitTime *time = arena_push(system->arena, ImplicitTime, 1);
     int n = 3 * system->place_count;
     time->implicit = implicit_create(system);
@@ -117,6 +113,8 @@ static void predict(ImplicitTime *t, const System *system, const State *from, do
     for (int k = 0; k < n; k++) {
         t->dx[k] = x[k] - from->x[k];
     }
+    implicit_begin(t->implicit, t->held, from);
+    implicit_drive(t->implicit, from->time + dt, dt);
     implicit_clamp(t->implicit, from->x, t->dx, t->euler);
     for (int k = 0; k < n; k++) {
         x[k] = from->x[k] + t->dx[k];
@@ -165,7 +163,7 @@ static NewtonReport solve(ImplicitTime *t, const System *system, const State *fr
         params.longest_move = CONTACT_LONGEST_MOVE * system->size;
     }
     ImplicitTerms terms = discretise(t, system, from, dt, way->bdf2);
-    NewtonReport report = implicit_solve(t->implicit, &terms, t->held, from, &params, t->dx, to->x);
+    NewtonReport report = implicit_solve(t->implicit, &terms, &params, t->dx, to->x);
     for (int k = 0; k < 3 * system->place_count; k++) {
         bool euler = terms.euler && terms.euler[k / 3];
         to->v[k] = (euler ? 1.0 / dt : terms.velocity) * to->x[k] + t->v_hat[k];
@@ -194,7 +192,7 @@ static NewtonReport try_step(ImplicitTime *t, const System *system, const State 
             report.factorisations += first.factorisations;
         }
     }
-    implicit_store_bristles(t->implicit, to->x, to);
+    implicit_store_contact(t->implicit, to->x, to);
     t->contact_energy[1] = implicit_contacts(t->implicit, to->x, NULL, &t->contacts);
     to->time = from->time + dt;
     return report;
@@ -209,7 +207,7 @@ static bool good(const ImplicitTime *t, const System *system, const State *from,
     double after = t->contact_energy[1] + total_energy(t, system, to);
     double scale =
         system_kinetic_energy(system, to->v, t->held) + system_elastic_energy(system, to->x);
-    *work = handle_work(t, system, from, to);
+    *work = handle_work(t, system, from, to) + implicit_obstacle_work(t->implicit);
     return isfinite(after) && after - before <= *work + STEP_ENERGY_TOLERANCE * scale +
                                                     ENERGY_FLOOR * system->weight * system->size;
 }
@@ -296,12 +294,31 @@ static bool step(ImplicitTime *t, const System *system, State *state, double dt,
     return false;
 }
 
+/* [rad] largest turn of an obstacle from one time to another */
+static double fastest_turn(const System *system, double from, double to) {
+    double most = 0.0;
+    for (int o = 0; o < system->contact.obstacle_count; o++) {
+        const ContactObstacle *obstacle = &system->contact.obstacles[o];
+        double sum = 0.0;
+        for (int k = 0; obstacle->moves && k < TURN_SAMPLES; k++) {
+            double step = (to - from) / TURN_SAMPLES, at = from + k * step;
+            Quat a = contact_pose(obstacle, at).turn, b = contact_pose(obstacle, at + step).turn;
+            double c = fabs(a.w * b.w + a.x * b.x + a.y * b.y + a.z * b.z);
+            sum += 2.0 * acos(fmin(c, 1.0));
+        }
+        most = fmax(most, sum);
+    }
+    return most;
+}
+
 static bool advance(const System *system, void *data, State *state, double time_end,
                     Statistics *statistics, Error *error) {
     ImplicitTime *t = data;
     double wished = system->scene->solver.step > 0.0 ? system->scene->solver.step : USUAL_STEP;
     double interval = time_end - state->time;
-    int steps = (int)fmax(1.0, ceil(interval / wished - 1e-9)), halvings = 0, good_steps = 0;
+    double turns = fastest_turn(system, state->time, time_end) / CONTACT_MOST_TURN;
+    int steps = (int)fmax(1.0, ceil(fmax(interval / wished, turns) - 1e-9));
+    int halvings = 0, good_steps = 0;
     double dt = interval / steps;
     while (steps > 0) {
         if (step_interrupted) {
@@ -323,7 +340,9 @@ static bool advance(const System *system, void *data, State *state, double time_
     }
     state->time = time_end;
     for (int o = 0; o < system->contact.obstacle_count; o++) {
-        state->contact.clocks[o] = time_end;
+        double *clock = &state->contact.clocks[o];
+        *clock = system->contact.obstacles[o].moves ? *clock : time_end;
+        statistics->lag = fmax(statistics->lag, time_end - *clock);
     }
     return true;
 }

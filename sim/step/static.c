@@ -15,12 +15,16 @@
 #define PSEUDO_STEP 0.02     /* [s] first pseudo-time step */
 #define PSEUDO_STEPS 400     /* before giving up */
 #define LONGEST_MOVE 0.3     /* of the size, of any node in one pseudo-time iteration */
+#define APPROACH_STEPS                                                                             \
+    200 /* of handles and obstacles towards their places, if contact stops them */
+#define APPROACH_ITERATIONS 8
+#define ARRIVED 1e-9 /* of the size: how near its place a held node must come */
 
 typedef struct Static {
     Implicit *implicit;
     Explicit *engine; /* NULL: no lattice, no relaxation */
     State trial, kept;
-    double *x_hat;
+    double *x_hat, *dx; /* (place_count x 3) */
     unsigned char *held;
 } Static;
 
@@ -32,6 +36,7 @@ static bool create(const System *system, void **data, Error *error) {
     s->trial = state_allocate(system, system->arena);
     s->kept = state_allocate(system, system->arena);
     s->x_hat = arena_push(system->arena, double, 3 * system->place_count);
+    s->dx = arena_push(system->arena, double, 3 * system->place_count);
     s->held = arena_push(system->arena, unsigned char, system->place_count);
     *data = s;
     return true;
@@ -52,9 +57,10 @@ static bool try_newton(Static *s, const System *system, Statistics *statistics) 
     params.max_iterations = NEWTON_ITERATIONS;
     params.min_iterations = 0;
     params.tolerance = EQUILIBRIUM * system->weight;
+    params.cut = implicit_has_contact(s->implicit);
     state_copy(system, &s->kept, &s->trial);
-    NewtonReport report =
-        implicit_solve(s->implicit, &terms, s->held, &s->kept, &params, NULL, s->trial.x);
+    implicit_begin(s->implicit, s->held, &s->kept);
+    NewtonReport report = implicit_solve(s->implicit, &terms, &params, NULL, s->trial.x);
     count(statistics, &report);
     if (report.status == NEWTON_CONVERGED) {
         return true;
@@ -85,11 +91,12 @@ static bool pseudo_time(Static *s, const System *system, Statistics *statistics)
         NewtonParams params = newton_default();
         params.tolerance = EQUILIBRIUM * system->weight;
         params.longest_move = LONGEST_MOVE * system->size;
+        params.cut = implicit_has_contact(s->implicit);
         memcpy(s->x_hat, s->trial.x, bytes);
         ImplicitTerms terms = {.acceleration = 1.0 / (dt * dt), .x_hat = s->x_hat};
         state_copy(system, &s->kept, &s->trial);
-        NewtonReport report =
-            implicit_solve(s->implicit, &terms, s->held, &s->kept, &params, NULL, s->trial.x);
+        implicit_begin(s->implicit, s->held, &s->kept);
+        NewtonReport report = implicit_solve(s->implicit, &terms, &params, NULL, s->trial.x);
         count(statistics, &report);
         bool good = report.status == NEWTON_CONVERGED ||
                     (report.status == NEWTON_STOPPED && report.residual < 1e-2 * system->weight);
@@ -98,7 +105,7 @@ static bool pseudo_time(Static *s, const System *system, Statistics *statistics)
             dt *= 0.4;
             continue;
         }
-        implicit_store_bristles(s->implicit, s->trial.x, &s->trial);
+        implicit_store_contact(s->implicit, s->trial.x, &s->trial);
         if (implicit_residual(s->implicit, s->held, &s->trial, s->trial.x) <=
             EQUILIBRIUM * system->weight) {
             return true;
@@ -108,18 +115,75 @@ static bool pseudo_time(Static *s, const System *system, Statistics *statistics)
     return false;
 }
 
+/* one motion of handles and obstacles towards their places, as far as contact lets them; true when
+ * all got there */
+static bool approach_once(Static *s, const System *system, double time_end) {
+    double *x = s->trial.x, farthest = 0.0;
+    memcpy(s->x_hat, x, 3 * (size_t)system->place_count * sizeof *x);
+    system_place_held(system, time_end, s->x_hat);
+    for (int k = 0; k < 3 * system->place_count; k++) {
+        s->dx[k] = s->x_hat[k] - x[k];
+    }
+    state_copy(system, &s->kept, &s->trial);
+    implicit_begin(s->implicit, s->held, &s->kept);
+    implicit_drive(s->implicit, time_end, INFINITY);
+    implicit_clamp(s->implicit, s->kept.x, s->dx, NULL);
+    for (int k = 0; k < 3 * system->place_count; k++) {
+        x[k] += s->dx[k];
+        farthest = s->held[k / 3] ? fmax(farthest, fabs(s->x_hat[k] - x[k])) : farthest;
+    }
+    implicit_store_contact(s->implicit, x, &s->trial);
+    bool arrived = farthest <= ARRIVED * system->size;
+    for (int o = 0; o < system->contact.obstacle_count; o++) {
+        const ContactObstacle *obstacle = &system->contact.obstacles[o];
+        arrived = arrived && (!obstacle->moves || s->trial.contact.clocks[o] >= time_end);
+    }
+    return arrived;
+}
+
+/* handles and obstacles to their places of time_end; what is in their way yields */
+static bool approach(Static *s, const System *system, double time_end, Statistics *statistics) {
+    if (!implicit_has_contact(s->implicit)) {
+        system_place_held(system, time_end, s->trial.x);
+        return true;
+    }
+    for (int k = 0; k < APPROACH_STEPS && !step_interrupted; k++) {
+        if (approach_once(s, system, time_end)) {
+            return true;
+        }
+        NewtonParams params = newton_default();
+        params.max_iterations = APPROACH_ITERATIONS;
+        params.tolerance = EQUILIBRIUM * system->weight;
+        params.longest_move = LONGEST_MOVE * system->size;
+        params.definite = params.plain = params.cut = true;
+        memcpy(s->x_hat, s->trial.x, 3 * (size_t)system->place_count * sizeof(double));
+        ImplicitTerms terms = {.acceleration = 1.0 / (PSEUDO_STEP * PSEUDO_STEP),
+                               .x_hat = s->x_hat};
+        state_copy(system, &s->kept, &s->trial);
+        implicit_begin(s->implicit, s->held, &s->kept);
+        NewtonReport report = implicit_solve(s->implicit, &terms, &params, NULL, s->trial.x);
+        count(statistics, &report);
+        if (report.status == NEWTON_DIVERGED || report.status == NEWTON_SINGULAR) {
+            return false;
+        }
+        implicit_store_contact(s->implicit, s->trial.x, &s->trial);
+    }
+    return false;
+}
+
 static bool advance(const System *system, void *data, State *state, double time_end,
                     Statistics *statistics, Error *error) {
     Static *s = data;
     state_copy(system, &s->trial, state);
     s->trial.time = time_end;
-    for (int o = 0; o < system->contact.obstacle_count; o++) {
-        s->trial.contact.clocks[o] = time_end;
-        s->trial.contact.poses[o] = contact_pose(&system->contact.obstacles[o], time_end);
-    }
     system_mark_held(system, time_end, s->held);
-    system_place_held(system, time_end, s->trial.x);
     memset(s->trial.v, 0, 3 * (size_t)system->place_count * sizeof(double));
+    if (!approach(s, system, time_end, statistics) && !step_interrupted) {
+        return error_set(error, EXIT_DIFFERS,
+                         "static: cloth in contact keeps handles or obstacles from where they "
+                         "belong at t = %g s",
+                         time_end);
+    }
     bool done = try_newton(s, system, statistics);
     for (int round = 0; round < 2 && !done && !step_interrupted; round++) {
         relax(s, system, statistics);
@@ -136,7 +200,7 @@ static bool advance(const System *system, void *data, State *state, double time_
                          "were out of balance by %.2g of the weight",
                          time_end, residual / system->weight);
     }
-    implicit_store_bristles(s->implicit, s->trial.x, &s->trial);
+    implicit_store_contact(s->implicit, s->trial.x, &s->trial);
     state_copy(system, state, &s->trial);
     return true;
 }

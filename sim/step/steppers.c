@@ -44,7 +44,7 @@ const Stepper *stepper_choose(const System *system, const char **why) {
         return &stepper_central;
     }
     if (moving_obstacle) {
-        *why = "an obstacle moves, and only the explicit guard carries that";
+        *why = "an obstacle moves: short explicit steps follow it closely";
         return &stepper_central;
     }
     if (stiffest > AUTO_STIFFEST) {

@@ -72,7 +72,8 @@ StripResult strip_solve(const StripCase *strip) {
     params.plain = strip->plain_newton;
     params.tolerance = 1e-6 * b.system.weight;
     ImplicitTerms terms = {0};
-    NewtonReport report = implicit_solve(implicit, &terms, held, &state, &params, NULL, state.x);
+    implicit_begin(implicit, held, &state);
+    NewtonReport report = implicit_solve(implicit, &terms, &params, NULL, state.x);
     const Panel *p = &b.system.cloths[0].panel;
     HandleDef tip = {.region = REGION_NEAREST, .point = {1.0, 0.5 * h * (across - 1)}};
     unsigned char *marks = arena_push(&b.arena, unsigned char, p->node_count);
