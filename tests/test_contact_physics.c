@@ -1,4 +1,4 @@
-/* Contact, friction and bending together, against known answers (contact.md 10, rows 9 to 12). All
+/* Contact, friction and bending together, against known answers (contact.md 10, rows 5 and 9 to 12). All
  * strips are three nodes wide and their fabric has no Poisson effect: sheets in plane bending. */
 #include <string.h>
 
@@ -439,126 +439,13 @@ static void test_stick_slip(void **unused) {
     }
 }
 
-/* ---- rows 15, 16, 23: abuse ---- */
-
-/* thrown edge-on at a plate that stands upright, thinner than the cloth: nothing crosses */
-static void test_plate(void **unused) {
-    (void)unused;
-    static const int speeds[] = {10, 30, 50, 200};
-    long crossings = 0;
-    double gained = 0.0;
-    for (int k = 0; k < 8; k++) {
-        char text[2048];
-        Play play;
-        snprintf(text, sizeof text,
-                 "toile: 1\nfilm: {rate: 60, seconds: 4}\ncloth:\n  sheet:\n"
-                 "    shape: {rectangle: {width: 40 cm, height: 40 cm}}\n    " STIFF
-                 "    nodes: 13 x 13\n    at: [0, 0, 5 cm]\n    velocity: [0, 0, %d m/s]\n"
-                 "obstacles:\n  plate: {box: {size: [60 cm, 0.5 mm, 20 cm]}, at: [0, 7 mm, -10 "
-                 "cm], friction: 0.3}\nsolver: {stepper: %s}\n",
-                 -speeds[k / 2], k % 2 ? "bdf2" : "central");
-        play_start(&play, text);
-        for (int f = 1; f <= 3; f++) {
-            play_to(&play, f / 60.0);
-            crossings += play_crossings(&play);
-        }
-        const Statistics *now = &play.sim.statistics;
-        double thrown = 0.5 * STIFF_DENSITY * 0.16 * speeds[k / 2] * speeds[k / 2];
-        gained = fmax(gained, (now->kinetic + now->elastic) / thrown);
-        play_end(&play);
-    }
-    CHECK_AT_MOST((double)crossings, 0.0);
-    CHECK_AT_MOST(gained, 1.0);
-}
-
-/* [s] greatest lag; solids that move through or pinch a hanging cloth: nothing crosses */
-static double drive(const char *obstacles, double seconds, const char *stepper, long *crossings) {
-    char text[2048];
-    Play play;
-    snprintf(text, sizeof text,
-             "toile: 1\nfilm: {rate: 60, seconds: 4}\ncloth:\n  sheet:\n"
-             "    shape: {rectangle: {width: 40 cm, height: 40 cm}}\n    " STIFF
-             "    nodes: 17 x 17\n    turn: {axis: x, by: 90 deg}\nhandles:\n"
-             "  - {hold: sheet.top}\nobstacles:\n%ssolver: {stepper: %s}\n",
-             obstacles, stepper);
-    play_start(&play, text);
-    for (int f = 1; f <= (int)(60.0 * seconds); f++) {
-        play_to(&play, f / 60.0);
-        *crossings += play_crossings(&play);
-    }
-    double lag = play.sim.total.lag;
-    play_end(&play);
-    return lag;
-}
-
-static void test_driven(void **unused) {
-    (void)unused;
-    static const char *const through[] = {
-        "  ball: {sphere: {radius: 6 cm}, at: [2 cm, 12 cm, -4 cm], motion: [{move: {by: [0, -30 "
-        "cm, 0], from: 0 s, to: 0.3 s}}]}\n",
-        "  box: {box: {size: [8 cm, 8 cm, 8 cm]}, at: [2 cm, 12 cm, -4 cm], turn: {axis: z, by: 20 "
-        "deg}, motion: [{turn: {axis: z, rate: 2 rad/s}}, {move: {by: [0, -30 cm, 0], from: 0 s, "
-        "to: 0.3 s}}]}\n"};
-    long crossings = 0;
-    double lag = 0.0;
-    drive(through[0], 0.3, "static", &crossings);
-    for (int k = 0; k < 2; k++) {
-        lag = fmax(lag, drive(through[k], 0.5, "bdf2", &crossings));
-    }
-    CHECK_AT_MOST((double)crossings, 0.0);
-    CHECK_AT_MOST(lag, 0.01);
-    double waits = drive("  left: {sphere: {radius: 6 cm}, at: [0, 8 cm, -4 cm], motion: [{move: "
-                         "{by: [0, -4 cm, 0], from: 0 s, to: 0.3 s}}]}\n"
-                         "  right: {sphere: {radius: 6 cm}, at: [0, -8 cm, -4 cm], motion: [{move: "
-                         "{by: [0, 4 cm, 0], from: 0 s, to: 0.3 s}}]}\n",
-                         0.5, "bdf2", &crossings);
-    CHECK_NEAR(waits, 0.35, 0.01); /* they stop where they touch the cloth */
-    CHECK_AT_MOST((double)crossings, 0.0);
-}
-
-/* [m] the highest that a sheet bounces that starts so far [m] above a floor, and another above it */
-static double bounce(double gap, const char *stepper, long *crossings) {
-    char text[2048];
-    Play play;
-    snprintf(text, sizeof text,
-             "toile: 1\nfilm: {rate: 60, seconds: 4}\ncloth:\n  lower:\n"
-             "    shape: {rectangle: {width: 20 cm, height: 20 cm}}\n    " STIFF
-             "    nodes: 9 x 9\n    at: [0, 0, %.17g m]\n  upper:\n"
-             "    shape: {rectangle: {width: 20 cm, height: 20 cm}}\n    " STIFF
-             "    nodes: 10 x 10\n    at: [1 cm, 1 cm, %.17g m]\nobstacles:\n"
-             "  floor: {plane: {}, friction: 0.3}\nsolver: {stepper: %s}\n",
-             gap, gap + fmax(gap, 1e-9), stepper);
-    play_start(&play, text);
-    double high = 0.0;
-    for (int f = 1; f <= 30; f++) {
-        play_to(&play, f / 60.0);
-        *crossings += play_crossings(&play);
-        high = fmax(high, play_mean_x(&play).z);
-    }
-    play_end(&play);
-    return high;
-}
-
-/* row 23: starts that touch, or nearly, stay legal; the implicit road opens them without a burst */
-static void test_starts(void **unused) {
-    (void)unused;
-    static const double gaps[] = {0.0, 1e-9, 5e-5, 1e-4};
-    long crossings = 0;
-    for (int k = 0; k < 4; k++) {
-        bounce(gaps[k], "central", &crossings);
-        double high = bounce(gaps[k], "bdf2", &crossings);
-        CHECK_NEAR(1e3 * high, 1.5, 0.5); /* one and two contact distances */
-    }
-    CHECK_AT_MOST((double)crossings, 0.0);
-}
-
 int main(int argc, char **argv) {
     (void)argc;
     parallel_fix_environment(argv);
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_overhangs),  cmocka_unit_test(test_capstan),
         cmocka_unit_test(test_ruck),       cmocka_unit_test(test_fold),
-        cmocka_unit_test(test_stick_slip), cmocka_unit_test(test_plate),
-        cmocka_unit_test(test_starts),     cmocka_unit_test(test_driven)};
+        cmocka_unit_test(test_stick_slip),
+    };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
