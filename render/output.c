@@ -82,7 +82,9 @@ bool output_plan(const char *path, OutputDef *def, Error *error) {
     }
     if (!has_ending(path, ".png")) {
         return error_set(error, EXIT_USAGE,
-                         "-o %s: expected an ending .mp4, .mov, .webm or .png, or a folder", path);
+                         "-o %s: expected an ending .mp4, .mov, .prores.mov, .webm, .mkv, .apng or "
+                         ".png, or a folder",
+                         path);
     }
     def->kind = strchr(path, '%') ? OUTPUT_SEQUENCE : OUTPUT_PICTURE;
     return def->kind == OUTPUT_PICTURE || is_pattern(path) ||

@@ -24,7 +24,7 @@ typedef struct OutputDef {
     bool force;        /* overwrite whatever is there */
 } OutputDef;
 
-/* What a path given on the command line means: x.mp4, x.mov, x.webm; x%04d.png; x.png; a folder
+/* What a path given on the command line means: x.mp4 and the like (video_formats); x%04d.png; x.png; a folder
  * (ends in / or has no ending) gets %04d.png. Errors: EXIT_USAGE. */
 bool output_plan(const char *path, OutputDef *def, Error *error);
 

@@ -16,12 +16,17 @@
 /* veryfast crf 18: slower presets buy nothing on cloth; realtime VP9: the good one costs 8 times
  * as much for 20 % of the size. */
 const VideoFormat video_formats[] = {
-    {"mp4", "H.264, plays everywhere", "mp4", "libx264", "preset=veryfast:crf=18",
+    {"mp4", "H.264, plays everywhere", "mp4", "libx264", "yuv420p", "preset=veryfast:crf=18",
      "movflags=+faststart"},
-    {"mov", "H.264 in a QuickTime file", "mov", "libx264", "preset=veryfast:crf=18",
+    {"prores.mov", "ProRes 422 HQ, for cutting", "mov", "prores_ks", "yuv422p10le",
+     "profile=3:vendor=apl0", ""},
+    {"mov", "H.264 in a QuickTime file", "mov", "libx264", "yuv420p", "preset=veryfast:crf=18",
      "movflags=+faststart"},
-    {"webm", "VP9, for web pages", "webm", "libvpx-vp9",
+    {"webm", "VP9, for web pages", "webm", "libvpx-vp9", "yuv420p",
      "deadline=realtime:cpu-used=8:crf=24:b=0:row-mt=0", ""},
+    {"mkv", "FFV1, nothing lost, for CI and archives", "matroska", "ffv1", "bgr0",
+     "level=3:slices=4:slicecrc=1", ""},
+    {"apng", "animated PNG, nothing lost", "apng", "apng", "rgb24", "pred=sub", "plays=0"},
 };
 const int video_format_count = sizeof video_formats / sizeof video_formats[0];
 
@@ -38,13 +43,20 @@ struct Video {
 };
 
 const VideoFormat *video_format_of(const char *path) {
-    const char *dot = strrchr(path, '.');
-    for (int i = 0; dot && i < video_format_count; i++) {
-        if (strcmp(dot + 1, video_formats[i].ending) == 0) {
+    size_t length = strlen(path);
+    for (int i = 0; i < video_format_count; i++) {
+        size_t size = strlen(video_formats[i].ending);
+        if (length > size + 1 && path[length - size - 1] == '.' &&
+            strcmp(path + length - size, video_formats[i].ending) == 0) {
             return &video_formats[i];
         }
     }
     return NULL;
+}
+
+/* True if pictures keep their red, green and blue. */
+static bool keeps_rgb(enum AVPixelFormat format) {
+    return (av_pix_fmt_desc_get(format)->flags & AV_PIX_FMT_FLAG_RGB) != 0;
 }
 
 static bool fail(Error *error, const char *path, const char *what, int code) {
@@ -65,14 +77,15 @@ static bool open_encoder(Video *video, const VideoFormat *format, int width, int
     AVRational frames = av_d2q(rate, RATE_DENOMINATOR);
     encoder->width = width;
     encoder->height = height;
-    encoder->pix_fmt = AV_PIX_FMT_YUV420P;
+    encoder->pix_fmt = av_get_pix_fmt(format->pixel_format);
     encoder->time_base = av_inv_q(frames);
     encoder->framerate = frames;
     encoder->gop_size = GOP_FRAMES;
-    encoder->color_range = AVCOL_RANGE_MPEG;
-    encoder->colorspace = AVCOL_SPC_BT709;
+    bool rgb = keeps_rgb(encoder->pix_fmt);
+    encoder->color_range = rgb ? AVCOL_RANGE_JPEG : AVCOL_RANGE_MPEG;
+    encoder->colorspace = rgb ? AVCOL_SPC_RGB : AVCOL_SPC_BT709;
     encoder->color_primaries = AVCOL_PRI_BT709;
-    encoder->color_trc = AVCOL_TRC_BT709;
+    encoder->color_trc = rgb ? AVCOL_TRC_IEC61966_2_1 : AVCOL_TRC_BT709;
     encoder->thread_count = 1;
     encoder->flags |= AV_CODEC_FLAG_BITEXACT;
     if (video->muxer->oformat->flags & AVFMT_GLOBALHEADER) {
@@ -105,14 +118,15 @@ static bool start_file(Video *video, const VideoFormat *format, Error *error) {
     return video->header || fail(error, video->path, "cannot be written", code);
 }
 
-/* sRGB picture -> BT.709 limited range. */
+/* sRGB picture -> what the encoder takes, BT.709 limited range or RGB. */
 static void open_scaler(Video *video, int width, int height) {
     int flags = SWS_BICUBIC | SWS_ACCURATE_RND | SWS_FULL_CHR_H_INP | SWS_BITEXACT;
     video->scaler = sws_getContext(width, height, AV_PIX_FMT_RGB0, width, height,
-                                   AV_PIX_FMT_YUV420P, flags, NULL, NULL, NULL);
+                                   video->encoder->pix_fmt, flags, NULL, NULL, NULL);
     ASSERT(video->scaler);
     const int *table = sws_getCoefficients(SWS_CS_ITU709);
-    sws_setColorspaceDetails(video->scaler, table, 1, table, 0, 0, FIXED_ONE, FIXED_ONE);
+    int full = keeps_rgb(video->encoder->pix_fmt);
+    sws_setColorspaceDetails(video->scaler, table, 1, table, full, 0, FIXED_ONE, FIXED_ONE);
 }
 
 Video *video_create(const char *path, const VideoFormat *format, int width, int height, double rate,
@@ -136,7 +150,7 @@ Video *video_create(const char *path, const VideoFormat *format, int width, int 
     video->packet = av_packet_alloc();
     AVFrame *frame = video->frame = av_frame_alloc();
     ASSERT(video->packet && frame);
-    frame->format = AV_PIX_FMT_YUV420P;
+    frame->format = video->encoder->pix_fmt;
     frame->width = width;
     frame->height = height;
     code = av_frame_get_buffer(frame, 0);

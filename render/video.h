@@ -1,6 +1,8 @@
-/* video.h: H.264 in mp4 and VP9 in webm through FFmpeg's libraries; the only file that knows them.
+/* video.h: films and what strangers' pictures hold, through FFmpeg's libraries; the only file that
+ * knows them.
  *
- * Colours are BT.709, limited range, tagged so on the stream; pictures are 4:2:0. One encoder
+ * Colours are BT.709, limited range, tagged so on the stream, or sRGB as drawn where nothing is lost
+ * (mkv, apng); pictures are 4:2:0 but for ProRes (4:2:2, 10 bit). One encoder
  * thread and bit-exact flags: the same pictures give the same file.
  */
 #ifndef TOILE_RENDER_VIDEO_H
@@ -12,14 +14,15 @@ typedef struct VideoFormat {
     const char *ending; /* of the file name, without the dot */
     const char *about;
     const char *muxer, *encoder;
-    const char *options; /* of the encoder: "key=value:key=value" */
+    const char *pixel_format; /* as FFmpeg calls it */
+    const char *options;      /* of the encoder: "key=value:key=value" */
     const char *muxer_options;
 } VideoFormat;
 
 extern const VideoFormat video_formats[];
 extern const int video_format_count;
 
-/* By the ending of a file name; NULL if it is no video. */
+/* By the end of a file name: the longest that fits (.prores.mov before .mov); NULL if it is no video. */
 const VideoFormat *video_format_of(const char *path);
 
 typedef struct Video Video;

@@ -86,7 +86,10 @@ static uint64_t draw_task(void *context) {
     const DrawTask *task = context;
     RunDef run_def = run_default();
     run_def.path = in_folder("table.states");
-    DrawDef def = {WIDTH, HEIGHT, quality_find("standard"), NULL, task->threads};
+    DrawDef def = {.width = WIDTH,
+                   .height = HEIGHT,
+                   .quality = quality_find("standard"),
+                   .threads = task->threads};
     Run run;
     uint64_t hash = 0;
     if (run_open(&run, &run_def, NULL)) {
@@ -157,6 +160,40 @@ static void test_webm(void **state) {
     const char *path = in_folder("film.webm");
     assert_int_equal(render(options_for(in_folder("table.states"), path)), EXIT_OK);
     check_video(path, "vp9", FRAMES);
+}
+
+/* Every format holds the pictures that were drawn: exactly where nothing is lost. */
+static void test_formats(void **state) {
+    (void)state;
+    const char *still = in_folder("of-formats.png");
+    Options options = options_for(in_folder("table.states"), still);
+    Image drawn, shown;
+    options.first = options.last = 4;
+    options.frames_given = true;
+    assert_int_equal(render(options), EXIT_OK);
+    assert_true(image_read_png(still, &drawn, NULL));
+    for (int i = 0; i < video_format_count; i++) {
+        char name[64];
+        snprintf(name, sizeof name, "formats.%s", video_formats[i].ending);
+        const char *path = in_folder(name);
+        assert_ptr_equal(video_format_of(path), &video_formats[i]);
+        assert_int_equal(render(options_for(in_folder("table.states"), path)), EXIT_OK);
+        VideoInfo info;
+        Error error = {0};
+        bool good = video_probe(path, &info, 4, &shown, &error);
+        assert_true(good || (print_message("%s\n", error.text), false));
+        assert_int_equal(info.frames, FRAMES);
+        ImageDifference d = image_compare(&drawn, &shown);
+        bool lossless = strcmp(info.codec, "ffv1") == 0 || strcmp(info.codec, "apng") == 0;
+        print_message("%-12s %-8s %-12s PSNR %.1f dB\n", video_formats[i].ending, info.codec,
+                      info.pixel_format, d.psnr);
+        assert_true(lossless ? d.largest == 0 : d.psnr > 34 && d.ssim > 0.96);
+        for (int k = 0; k < 3; k++) {
+            assert_true(d.mean_signed[k] < 1 && d.mean_signed[k] > -1);
+        }
+        image_free(&shown);
+    }
+    image_free(&drawn);
 }
 
 static struct timespec changed(const char *path) {
@@ -354,6 +391,7 @@ int main(void) {
         cmocka_unit_test(test_same_bits),
         cmocka_unit_test(test_video),
         cmocka_unit_test(test_webm),
+        cmocka_unit_test(test_formats),
         cmocka_unit_test(test_made_once),
         cmocka_unit_test(test_foreign_file_is_kept),
         cmocka_unit_test(test_sequence),
