@@ -2,6 +2,7 @@
 #ifndef TOILE_RENDER_COMMAND_H
 #define TOILE_RENDER_COMMAND_H
 
+#include "render/compare.h"
 #include "render/drape.h"
 #include "render/draw.h"
 #include "render/export.h"
@@ -24,6 +25,7 @@ typedef struct Options {
     bool crossings;                   /* --crossings, of measure */
     ExportDef export;                 /* --as, --keys, --up, --unit, --pc2-frames, --vtp-ascii */
     DrapeDef drape;                   /* --cloth, --disc, --centre */
+    CompareDef compare;               /* --photo-*, --mask, --threshold, --face-only */
     bool csv;                         /* of measure */
     const char *plot;                 /* --plot FILE, of measure; NULL */
     const char *profile, *thresholds; /* of diff; NULL */
@@ -53,6 +55,7 @@ ExitCode command_measure(const Options *options, Error *error);
 ExitCode command_drape(const Options *options, Error *error);
 ExitCode command_export(const Options *options, Error *error);
 ExitCode command_diff(const Options *options, Error *error);
+ExitCode command_compare(const Options *options, Error *error);
 ExitCode command_looks(const Options *options, Error *error);
 ExitCode command_versions(const Options *options, Error *error);
 ExitCode command_bench(const Options *options, Error *error);

@@ -14,6 +14,7 @@
 #define MOST_TRIANGLES 500000
 #define DISC_CORNERS 720
 #define UPRIGHT 0.999
+#define MOST_REACH 20.0 /* of R_s: cloth that is further off hangs on something else */
 #define REACH                                                                                      \
     1.15 /* of R_s: half the side of the picture; cloth that slid off may lie further out */
 
@@ -153,42 +154,6 @@ bool drape_read_part(Run *run, const DrapeDef *def, int index, Arena *arena, Dra
            error_set(error, EXIT_BAD_INPUT, "%s: the cloth has no triangles", run->path);
 }
 
-/* Silhouette and signed area of the smooth surface, slices of it. */
-static bool draw_surface(const DrapeDef *def, const DrapePart *part, double pixel, Drape *drape,
-                         Coverage *coverage) {
-    double scale = drape->specimen / PIXELS;
-    ResampleDef density = {CELL_PIXELS / (CELL * scale), MOST_TRIANGLES};
-    Resampler *resampler = resample_create(&part->layout, &density);
-    const Surface *surface = resample_frame(resampler, &part->layout, part->frame.x);
-    const SurfacePart *own = &surface->parts[part->cloth];
-    double reach = REACH * drape->specimen;
-    for (int i = 0; i < own->vertex_count; i++) {
-        const float *p = surface->vertices[own->vertex_begin + i].position;
-        reach = fmax(reach, fmax(fabs(p[0] - drape->support.centre[0]),
-                                 fabs(p[1] - drape->support.centre[1])) +
-                                4.0 * pixel);
-        drape->lowest = fmin(drape->lowest, p[2]);
-        drape->highest = fmax(drape->highest, p[2]);
-    }
-    bool fits = reach < 20.0 * drape->specimen;
-    if (fits) {
-        SilhouetteDef view = {{drape->support.centre[0], drape->support.centre[1]},
-                              drape->support.plane,
-                              def->camera_height,
-                              pixel,
-                              reach};
-        Silhouette silhouette = silhouette_create(&view);
-        silhouette_add_surface(&silhouette, surface, own);
-        silhouette_add_polygon(&silhouette, drape->support.outline, drape->support.count);
-        drape->area = silhouette_area(&silhouette);
-        *coverage = silhouette_cover(&silhouette);
-        silhouette_free(&silhouette);
-        drape_slice(surface, own, drape);
-    }
-    resample_destroy(resampler);
-    return fits;
-}
-
 static bool start(Run *run, const DrapeDef *def, int index, Arena *arena, DrapePart *part,
                   Drape *drape, Error *error) {
     const StateHeader *header = state_header(run->reader);
@@ -216,13 +181,68 @@ static bool start(Run *run, const DrapeDef *def, int index, Arena *arena, DrapeP
                      drape->support.name);
 }
 
-bool drape_cover(Run *run, const DrapeDef *def, int index, double pixel, Arena *arena, Drape *drape,
-                 Coverage *coverage, Error *error) {
+struct DrapeView {
     DrapePart part;
+    Resampler *resampler;
+    const Surface *surface;
+};
+
+DrapeView *drape_view_open(Run *run, const DrapeDef *def, int index, Arena *arena, Drape *drape,
+                           Error *error) {
+    DrapeView *view = arena_push(arena, DrapeView, 1);
+    if (!start(run, def, index, arena, &view->part, drape, error)) {
+        return NULL;
+    }
+    ResampleDef density = {CELL_PIXELS * PIXELS / (CELL * drape->specimen), MOST_TRIANGLES};
+    view->resampler = resample_create(&view->part.layout, &density);
+    view->surface = resample_frame(view->resampler, &view->part.layout, view->part.frame.x);
+    return view;
+}
+
+void drape_view_close(DrapeView *view) {
+    if (view) {
+        resample_destroy(view->resampler);
+    }
+}
+
+/* [m] half the side of a picture that holds all of it; also finds the lowest and highest point. */
+static double find_reach(const DrapeView *view, double pixel, Drape *drape) {
+    const SurfacePart *own = &view->surface->parts[view->part.cloth];
+    double reach = REACH * drape->specimen;
+    for (int i = 0; i < own->vertex_count; i++) {
+        const float *p = view->surface->vertices[own->vertex_begin + i].position;
+        reach = fmax(reach, fmax(fabs(p[0] - drape->support.centre[0]),
+                                 fabs(p[1] - drape->support.centre[1])) +
+                                4.0 * pixel);
+        drape->lowest = fmin(drape->lowest, p[2]);
+        drape->highest = fmax(drape->highest, p[2]);
+    }
+    return reach;
+}
+
+bool drape_view_cover(DrapeView *view, const DrapeDef *camera, double pixel, Drape *drape,
+                      Coverage *coverage) {
+    double fine = isnan(pixel) ? drape->specimen / PIXELS : pixel;
+    double reach = find_reach(view, fine, drape);
+    const double *middle = drape->support.centre;
     *coverage = (Coverage){0};
-    return start(run, def, index, arena, &part, drape, error) &&
-           (draw_surface(def, &part, pixel, drape, coverage) ||
-            error_set(error, EXIT_BAD_INPUT, "the cloth is nowhere near the support"));
+    if (reach > MOST_REACH * drape->specimen) {
+        return false;
+    }
+    SilhouetteDef def = {
+        {middle[0], middle[1]},
+        {middle[0] + camera->camera_offset[0], middle[1] + camera->camera_offset[1]},
+        drape->support.plane,
+        camera->camera_height,
+        fine,
+        reach};
+    Silhouette silhouette = silhouette_create(&def);
+    silhouette_add_surface(&silhouette, view->surface, &view->surface->parts[view->part.cloth]);
+    silhouette_add_polygon(&silhouette, drape->support.outline, drape->support.count);
+    drape->area = silhouette_area(&silhouette);
+    *coverage = silhouette_cover(&silhouette);
+    silhouette_free(&silhouette);
+    return true;
 }
 
 /* Numbers that come from the contour. */
@@ -255,17 +275,20 @@ static void measure_contour(const Coverage *coverage, Drape *drape) {
 
 bool drape_measure(Run *run, const DrapeDef *def, int index, Arena *arena, Drape *drape,
                    Error *error) {
-    DrapePart part;
-    Coverage coverage = {0};
-    if (!start(run, def, index, arena, &part, drape, error)) {
+    Coverage coverage;
+    DrapeView *view = drape_view_open(run, def, index, arena, drape, error);
+    if (!view) {
         return false;
     }
-    if (!draw_surface(def, &part, drape->specimen / PIXELS, drape, &coverage)) {
+    if (!drape_view_cover(view, def, NAN, drape, &coverage)) {
+        drape_view_close(view);
         return error_set(error, EXIT_BAD_INPUT, "the cloth is nowhere near the support");
     }
     measure_contour(&coverage, drape);
     coverage_free(&coverage);
-    drape_measure_mesh(&part, arena, drape);
+    drape_slice(view->surface, &view->surface->parts[view->part.cloth], drape);
+    drape_measure_mesh(&view->part, arena, drape);
+    drape_view_close(view);
     double ring = drape->area_specimen - drape->area_disc;
     bool supported = isfinite(drape->support.radius);
     drape->dc = supported ? 100.0 * (drape->area - drape->area_disc) / ring : NAN;

@@ -21,10 +21,11 @@
 #define DRAPE_REST 1e-7       /* kinetic energy over weight and R_s that counts as rest */
 
 typedef struct DrapeDef {
-    const char *cloth;    /* name; NULL: the first one */
-    double disc;          /* [m] radius of the support; NAN: of the obstacle below the cloth */
-    double centre[2];     /* [m]; NAN: its axis */
-    double camera_height; /* [m] of the camera above the support; INFINITY */
+    const char *cloth;       /* name; NULL: the first one */
+    double disc;             /* [m] radius of the support; NAN: of the obstacle below the cloth */
+    double centre[2];        /* [m]; NAN: its axis */
+    double camera_height;    /* [m] of the camera above the support; INFINITY */
+    double camera_offset[2]; /* [m] of the camera from the support's middle; 0 0 */
 } DrapeDef;
 
 DrapeDef drape_default(void);
@@ -81,9 +82,17 @@ bool drape_measure(Run *run, const DrapeDef *def, int index, Arena *arena, Drape
 /* [s] from when on the cloth is at rest (DRAPE_REST) in all frames; NAN: it is not at the end. */
 bool drape_find_settling(Run *run, const DrapeDef *def, double *time, Error *error);
 
-/* The silhouette alone, of any camera: for comparison with photographs. `pixel` [m]. */
-bool drape_cover(Run *run, const DrapeDef *def, int index, double pixel, Arena *arena, Drape *drape,
-                 Coverage *coverage, Error *error);
+/* A frame that is looked at from several cameras: its smooth surface is made once. */
+typedef struct DrapeView DrapeView;
+
+/* Sizes and places of the drape; numbers that come from a silhouette are not filled in. What it
+ * allocates lives in arena until the view is closed. NULL: error, as drape_measure. */
+DrapeView *drape_view_open(Run *run, const DrapeDef *def, int index, Arena *arena, Drape *drape,
+                           Error *error);
+/* What this camera sees. `pixel` [m]; NAN: R_s / 600. False: the cloth is far from the support. */
+bool drape_view_cover(DrapeView *view, const DrapeDef *camera, double pixel, Drape *drape,
+                      Coverage *coverage);
+void drape_view_close(DrapeView *view);
 
 /* The sentence that is to be read with it, "" if none: off-centre, stretched, undercut. */
 const char *drape_warning(const Drape *drape, char *text, size_t size);

@@ -33,6 +33,11 @@ bool draw_needs_end(Run *run, Error *error) {
     return camera_needs_reach(&state_header(run->reader)->film, !isnan(floor));
 }
 
+/* What the film should look like. */
+static const Film *film_of(const Drawer *drawer) {
+    return drawer->def.film ? drawer->def.film : &state_header(drawer->run->reader)->film;
+}
+
 static bool find_looks(Drawer *drawer, Error *error) {
     const StateHeader *header = state_header(drawer->run->reader);
     for (int i = 0; i < header->cloth_count; i++) {
@@ -49,7 +54,7 @@ static bool find_props(Drawer *drawer, int floor_obstacle, Error *error) {
     PaintProp *props = drawer->props;
     const StateHeader *header = state_header(drawer->run->reader);
     for (int i = 0; i < header->obstacle_count; i++) {
-        bool hidden = header->film.floor && i == floor_obstacle;
+        bool hidden = film_of(drawer)->floor && i == floor_obstacle;
         props[i] = (PaintProp){.solid = header->obstacles[i].solid,
                                .mesh = header->obstacles[i].mesh,
                                .hidden = hidden};
@@ -62,7 +67,7 @@ static bool find_props(Drawer *drawer, int floor_obstacle, Error *error) {
 }
 
 static bool find_camera(Drawer *drawer, double floor, Error *error) {
-    const Film *film = &state_header(drawer->run->reader)->film;
+    const Film *film = film_of(drawer);
     int width = drawer->def.width, height = drawer->def.height;
     CameraReach reach;
     bool needed = camera_needs_reach(film, !isnan(floor));
@@ -97,7 +102,7 @@ static bool start_painter(Drawer *drawer, Error *error) {
                     .height = drawer->def.height,
                     .quality = drawer->def.quality,
                     .camera = drawer->camera,
-                    .floor = header->film.floor,
+                    .floor = film_of(drawer)->floor,
                     .cloth_count = header->cloth_count,
                     .looks = drawer->looks,
                     .prop_count = header->obstacle_count,

@@ -15,7 +15,8 @@
 #define FIELD(member) offsetof(Options, member)
 
 const Command commands[] = {
-    {"render", "RUN -o FILE", "video (mp4, mov, webm), sequence (%04d.png or a folder), picture",
+    {"render", "RUN -o FILE",
+     "video (mp4, mov, prores.mov, webm, mkv, apng), sequence (%04d.png or a folder), picture",
      command_render, 1, 1, false},
     {"sheet", "RUN -o FILE.png", "contact sheet of a run", command_sheet, 1, 1, false},
     {"measure", "RUN...", "drape coefficient, folds, contour, strain; of several runs the ensemble",
@@ -24,6 +25,8 @@ const Command commands[] = {
      command_export, 1, 1, false},
     {"diff", "A B", "whether pictures, videos, runs or folders are the same; exit code 1 if not",
      command_diff, 2, 2, false},
+    {"compare", "RUN PHOTO", "a photograph of a real drape, from above, against a run",
+     command_compare, 2, 2, false},
     {"looks", "", "what cloths and obstacles can look like", command_looks, 0, 0, false},
     {"versions", "", "versions of the libraries in use", command_versions, 0, 0, false},
     {"bench", "RUN", "CPU time of each stage of a frame, as CSV", command_bench, 1, 1, true},
@@ -39,6 +42,7 @@ Options options_default(void) {
                      .count = 12,
                      .export = export_default(),
                      .drape = drape_default(),
+                     .compare = compare_default(),
                      .progress = PROGRESS_AUTO};
 }
 
@@ -167,6 +171,49 @@ static bool read_centre(const char *text, Options *options, Error *error) {
            error_set(error, EXIT_USAGE, "--centre %s: expected X,Y like 2cm,0", text);
 }
 
+static bool read_camera_height(const char *text, Options *options, Error *error) {
+    const char *rest;
+    double *height = &options->drape.camera_height;
+    return (read_length(text, height, &rest) && !*rest && *height > 0) ||
+           error_set(error, EXIT_USAGE, "--camera-height %s: expected a length like 1.2m", text);
+}
+
+/* `count` numbers with commas between them. */
+static bool read_numbers(const char *text, double *numbers, int count) {
+    for (int i = 0; i < count; i++) {
+        char *end;
+        numbers[i] = strtod(text, &end);
+        if (end == text || !isfinite(numbers[i]) || *end != (i + 1 < count ? ',' : '\0')) {
+            return false;
+        }
+        text = end + 1;
+    }
+    return true;
+}
+
+static bool read_photo_disc(const char *text, Options *options, Error *error) {
+    double *disc = options->compare.disc;
+    return (read_numbers(text, disc, 3) && disc[2] > 0) ||
+           error_set(error, EXIT_USAGE, "--photo-disc %s: expected X,Y,DIAMETER in pixels", text);
+}
+
+static bool read_photo_scale(const char *text, Options *options, Error *error) {
+    double scale;
+    bool good = read_numbers(text, &scale, 1) && scale > 0;
+    options->compare.scale = good ? 100.0 * scale : NAN;
+    return good || error_set(error, EXIT_USAGE, "--photo-scale %s: expected pixels in a cm", text);
+}
+
+static bool read_photo_centre(const char *text, Options *options, Error *error) {
+    return read_numbers(text, options->compare.centre, 2) ||
+           error_set(error, EXIT_USAGE, "--photo-centre %s: expected X,Y in pixels", text);
+}
+
+static bool read_threshold(const char *text, Options *options, Error *error) {
+    return (read_numbers(text, &options->compare.threshold, 1) && options->compare.threshold > 0) ||
+           error_set(error, EXIT_USAGE, "--threshold %s: expected a positive number", text);
+}
+
 /* ---- the table; its first row has the short name -o ---- */
 
 typedef enum OptionKind { FLAG, TEXT, WHOLE, READER } OptionKind;
@@ -185,8 +232,8 @@ typedef struct OptionRow {
 #define DRAWING "render sheet bench"
 
 static const OptionRow rows[] = {
-    {"output", "PATH", "render sheet measure export diff", "where to write", TEXT, 0, FIELD(output),
-     NULL},
+    {"output", "PATH", "render sheet measure export diff compare", "where to write", TEXT, 0,
+     FIELD(output), NULL},
     {"frames", "A-B", NULL, "only these frames, from 0; A or A- too", READER, 0, 0, read_frames},
     {"size", "WxH", DRAWING, "[px] even; default: the film's", READER, 0, 0, read_size},
     {"quality", "NAME", DRAWING, "draft, standard, quality", READER, 0, 0, read_quality},
@@ -202,11 +249,23 @@ static const OptionRow rows[] = {
     {"crossings", NULL, "measure",
      "pairs of triangles that cross, exactly, and triangles inside an obstacle", FLAG, 0,
      FIELD(crossings), NULL},
-    {"cloth", "NAME", "measure", "which one; the first", TEXT, 0, FIELD(drape.cloth), NULL},
-    {"disc", "RADIUS", "measure", "of the support, 9 cm; default: the obstacle's", READER, 0, 0,
-     read_disc},
-    {"centre", "X,Y", "measure", "[m] of the support; default: the obstacle's", READER, 0, 0,
-     read_centre},
+    {"cloth", "NAME", "measure compare", "which one; the first", TEXT, 0, FIELD(drape.cloth), NULL},
+    {"disc", "RADIUS", "measure compare", "of the support, 9 cm; default: the obstacle's", READER,
+     0, 0, read_disc},
+    {"centre", "X,Y", "measure compare", "[m] of the support; default: the obstacle's", READER, 0,
+     0, read_centre},
+    {"camera-height", "H", "compare", "of the photo's camera above the support, 1.2m", READER, 0, 0,
+     read_camera_height},
+    {"photo-disc", "X,Y,D", "compare", "[px] middle and diameter of the support in the photo",
+     READER, 0, 0, read_photo_disc},
+    {"photo-scale", "N", "compare", "[px/cm] with --photo-centre, instead", READER, 0, 0,
+     read_photo_scale},
+    {"photo-centre", "X,Y", "compare", "[px]", READER, 0, 0, read_photo_centre},
+    {"mask", "FILE", "compare", "a picture that is white where the cloth is", TEXT, 0,
+     FIELD(compare.mask), NULL},
+    {"threshold", "T", "compare", "instead of Otsu's", READER, 0, 0, read_threshold},
+    {"face-only", NULL, "compare", "do not try the mirror image", FLAG, 0, FIELD(compare.face_only),
+     NULL},
     {"csv", NULL, "measure", "a row; with --frames A-B a row a frame", FLAG, 0, FIELD(csv), NULL},
     {"plot", "FILE", "measure", ".svg or .png: contour and harmonics", TEXT, 0, FIELD(plot), NULL},
     {"as", "FORMAT", "export", "obj-pc2, obj-mdd, ply, vtp, gltf, usd", READER, 0, 0, read_format},

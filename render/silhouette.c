@@ -53,8 +53,11 @@ static void place(const Silhouette *silhouette, double x, double y, double z, do
     double below = def->plane - z, height = def->camera_height;
     double scale = isinf(height) ? 1.0 : height / fmax(height + below, 1e-3 * height);
     double samples = SILHOUETTE_SAMPLES / def->pixel;
-    out[0] = samples * (scale * (x - def->centre[0]) + def->reach);
-    out[1] = samples * (scale * (y - def->centre[1]) + def->reach);
+    const double at[2] = {x, y};
+    for (int k = 0; k < 2; k++) {
+        double seen = def->camera[k] + scale * (at[k] - def->camera[k]);
+        out[k] = samples * (seen - def->centre[k] + def->reach);
+    }
 }
 
 void silhouette_add_surface(Silhouette *silhouette, const Surface *surface,

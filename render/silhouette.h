@@ -1,7 +1,7 @@
 /* silhouette.h: what a surface covers seen from straight above, by 4 x 4 samples a pixel.
  *
  * A camera at height H above the plane z = plane sees a point of height z at (x, y) times
- * H / (H + plane - z) around the centre: parts below the plane shrink. H = INFINITY: orthographic.
+ * H / (H + plane - z) around what is below the camera: parts below the plane shrink. H = INFINITY: orthographic.
  */
 #ifndef TOILE_RENDER_SILHOUETTE_H
 #define TOILE_RENDER_SILHOUETTE_H
@@ -12,7 +12,8 @@
 #define SILHOUETTE_SAMPLES 4 /* along the side of a pixel */
 
 typedef struct SilhouetteDef {
-    double centre[2];     /* [m] below the camera, and the middle of the picture */
+    double centre[2];     /* [m] the middle of the picture */
+    double camera[2];     /* [m] below the camera */
     double plane;         /* [m] z at which the scale is 1 */
     double camera_height; /* [m] above it; INFINITY */
     double pixel;         /* [m] */

@@ -1,10 +1,10 @@
 #!/bin/sh
-# fuzz.sh SECONDS [scene|state|obj|ply|stl|gltf|glb|fbx]: fuzzes the scene reader, the states reader
-# and the import of meshes, each for so long, with AddressSanitizer and UBSan. Anything found fails and leaves its input in build/fuzz/.
+# fuzz.sh SECONDS [scene|state|picture|obj|ply|stl|gltf|glb|fbx]: fuzzes the scene reader, the states
+# reader, the readers of pictures and thresholds, and the import of meshes, each for so long, with AddressSanitizer and UBSan. Anything found fails and leaves its input in build/fuzz/.
 set -eu
 cd "$(dirname "$0")/.."
 seconds=${1:-60}
-only=${2:-scene state obj ply stl gltf glb fbx}
+only=${2:-scene state picture obj ply stl gltf glb fbx}
 out=build/fuzz
 command -v clang >/dev/null || { echo "fuzz: clang is missing: apt-get install clang" >&2; exit 66; }
 mkdir -p "$out"
@@ -68,6 +68,26 @@ for target in $only; do
         build state "-lxxhash -lm" sim/base/*.c sim/state/*.c
         state_corpus "$out/corpus_state"
         run state 65536 || bad=1
+        ;;
+    picture)
+        build picture "-lavformat -lavcodec -lswscale -lavutil -lpng -lxxhash -lm" sim/base/*.c \
+            render/video.c render/image*.c render/diff_gate.c render/file.c
+        # small pictures of each kind; the first byte says which
+        size=32x24
+        ffmpeg -nostdin -v error -y -f lavfi -i testsrc2=size=$size:rate=2:duration=1 "$out/small.mp4"
+        n=0
+        for kind in png jpg tif exr bmp; do
+            pixels=""
+            [ "$kind" != exr ] || pixels="-pix_fmt gbrpf32le"
+            ffmpeg -nostdin -v error -y -f lavfi -i testsrc2=size=$size -frames:v 1 $pixels \
+                "$out/small.$kind"
+            { printf "\\$(printf %o $n)"; cat "$out/small.$kind"; } >"$out/corpus_picture/$kind"
+            n=$((n + 1))
+        done
+        { printf '\5'; cat "$out/small.mp4"; } >"$out/corpus_picture/mp4"
+        printf '\6profile: golden\npsnr: 45 dB\n[hero*.png]\nshare: 1 %%\nflip: off\n' \
+            >"$out/corpus_picture/thresholds"
+        run picture 65536 || bad=1
         ;;
     obj | ply | stl | gltf | glb | fbx)
         build mesh "-lassimp -lxxhash -lm" "-DMESH_ENDING=\"$target\"" sim/base/*.c \

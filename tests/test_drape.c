@@ -41,7 +41,7 @@ static double radius_at(const Outline *outline, double theta) {
 static Coverage draw_outline(const Outline *outline, double x, double y, double pixel,
                              double *area) {
     enum { SIDES = 2880 };
-    SilhouetteDef def = {{0, 0}, 0, INFINITY, pixel, 1.6 * outline->mean};
+    SilhouetteDef def = {{0, 0}, {0, 0}, 0, INFINITY, pixel, 1.6 * outline->mean};
     Silhouette silhouette = silhouette_create(&def);
     for (int i = 0; i < SIDES; i++) {
         double p[6] = {x, y}, angle[2] = {2 * PI * i / SIDES, 2 * PI * (i + 1) / SIDES};

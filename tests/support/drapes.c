@@ -7,8 +7,14 @@
 #include "sim/state/state.h"
 
 DrapeShape drape_shape_default(void) {
-    DrapeShape shape = {
-        .specimen = 0.15, .support = 0.09, .table_height = 0.10, .rings = 30, .look = "linen"};
+    DrapeShape shape = {.specimen = 0.15,
+                        .support = 0.09,
+                        .table_height = 0.10,
+                        .rings = 30,
+                        .look = "linen",
+                        .camera_height = INFINITY,
+                        .half_view = 0.19,
+                        .pixels = 800};
     shape.a[0] = 0.12;
     shape.a[6] = 0.01;
     return shape;
@@ -93,15 +99,35 @@ static void place(const DrapeShape *shape, bool draped, Disc *disc) {
     }
 }
 
+#define PLATE_HALF 0.001 /* [m] of its thickness */
+
+/* Straight down but for the tilt; y of the world is up in the picture. */
+static Film make_film(const DrapeShape *shape) {
+    Film film = film_default();
+    bool far = isinf(shape->camera_height);
+    double x = shape->centre[0] + shape->camera_shift[0];
+    double y = shape->centre[1] + shape->camera_shift[1], height = far ? 2.0 : shape->camera_height;
+    film.frame_count = 2;
+    film.camera = far ? CAMERA_ORTHOGRAPHIC : CAMERA_PERSPECTIVE;
+    film.target = vec3(x, y, shape->table_height);
+    film.eye = vec3(x, y - height * tan(shape->tilt), shape->table_height + height);
+    film.up = vec3(0, 1, 0);
+    film.fov = 2.0 * atan(shape->half_view / height);
+    film.pixels_per_mm = 0.001 * shape->pixels / (2.0 * shape->half_view);
+    film.floor_height = 0.0;
+    return film;
+}
+
 static bool write_frames(StateWriter *writer, const DrapeShape *shape, Disc *disc) {
     bool good = true;
-    Pose pose = pose_identity();
-    pose.shift = vec3(shape->centre[0], shape->centre[1], 0.5 * shape->table_height);
+    Pose pose[2] = {pose_identity(), pose_identity()};
+    pose[0].shift = vec3(shape->centre[0], shape->centre[1], 0.5 * shape->table_height);
+    pose[1].shift = vec3(shape->centre[0], shape->centre[1], shape->table_height + 0.002);
     for (int i = 0; good && i < 2; i++) {
         place(shape, i == 1, disc);
         StateFrame frame = {.frame = i, .time = i / 30.0, .x = disc->x, .v = disc->v};
-        frame.pose_count = 1;
-        frame.pose = &pose;
+        frame.pose_count = shape->plate ? 2 : 1;
+        frame.pose = pose;
         good = state_write_frame(writer, &frame, disc->node_count, NULL, 0, NULL);
     }
     return good;
@@ -112,17 +138,18 @@ bool drape_shape_write(const DrapeShape *shape, const char *path) {
     Disc disc = make_disc(shape, &arena);
     StateCloth cloth = {.name = "round", .fabric = "made-up", .thickness = 0.0005};
     snprintf(cloth.look, sizeof cloth.look, "%s", shape->look);
-    StateObstacle table = {"table", "wood", {SOLID_CYLINDER, {0, 0, 0}, shape->support}, NULL};
-    table.solid.half.z = 0.5 * shape->table_height;
+    const Solid cylinder = {SOLID_CYLINDER, {0, 0, 0.5 * shape->table_height}, shape->support};
+    StateObstacle obstacles[2] = {{"table", "wood", cylinder, NULL}, {"plate", "", cylinder, NULL}};
+    obstacles[1].solid.half.z = PLATE_HALF;
+    snprintf(obstacles[1].look, sizeof obstacles[1].look, "%s", shape->plate ? shape->plate : "");
     StateHeader header = {.program = "toile tests",
                           .scene_path = "drape",
                           .scene_text = "",
-                          .film = film_default(),
+                          .film = make_film(shape),
                           .cloth_count = 1,
                           .cloths = &cloth,
-                          .obstacle_count = 1,
-                          .obstacles = &table};
-    header.film.frame_count = 2;
+                          .obstacle_count = shape->plate ? 2 : 1,
+                          .obstacles = obstacles};
     const int32_t lattice[4] = {0}, zero[2] = {0, 1};
     const int32_t nodes[2] = {0, disc.node_count}, triangles[2] = {0, disc.triangle_count};
     const int32_t rim[2] = {0, disc.rim};

@@ -16,9 +16,15 @@ typedef struct DrapeShape {
     double centre[2];    /* [m] of table and cloth */
     int rings;           /* of vertices */
     const char *look;
+    const char *plate;      /* look of a plate on the cloth, as large as the table; NULL */
+    double camera_height;   /* [m] over the cloth on the table; INFINITY */
+    double camera_shift[2]; /* [m] of the camera from the middle of the table */
+    double tilt;            /* [rad] of its view from straight down, towards y */
+    double half_view;       /* [m] half the height of the picture at the table */
+    int pixels;             /* height of the picture, from infinity */
 } DrapeShape;
 
-/* 30 cm on 18 cm, a rim of 12 cm in 6 folds of 1 cm, 30 rings, linen. */
+/* 30 cm on 18 cm, a rim of 12 cm in 6 folds of 1 cm, 30 rings, linen; seen from infinity. */
 DrapeShape drape_shape_default(void);
 
 double drape_shape_radius(const DrapeShape *shape, double theta); /* [m] of the rim */

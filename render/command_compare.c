@@ -1,0 +1,71 @@
+/* compare: a photograph of a real drape against a run. */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "render/command.h"
+#include "render/compare.h"
+
+static bool write_text(const char *folder, const char *name, const Compare *compare,
+                       void (*print)(const Compare *compare, FILE *out), Error *error) {
+    char path[FILE_PATH_SIZE];
+    PartFile file;
+    snprintf(path, sizeof path, "%.4000s/%s", folder, name);
+    if (!file_create_folders(path, error) || !file_start(&file, path, error)) {
+        return false;
+    }
+    print(compare, file.out);
+    return file_finish(&file, error);
+}
+
+static bool write_picture(const char *folder, const char *name, const Image *image, Error *error) {
+    char path[FILE_PATH_SIZE];
+    PartFile file;
+    snprintf(path, sizeof path, "%.4000s/%s", folder, name);
+    if (!file_start(&file, path, error)) {
+        return false;
+    }
+    image_put_png(file.out, image, NULL, 0);
+    return file_finish(&file, error);
+}
+
+static bool write_files(const Options *options, const CompareDef *def, const Compare *compare,
+                        Error *error) {
+    const char *folder = options->output;
+    Image strip = {0}, overlay;
+    if (!write_text(folder, "compare.json", compare, compare_print_json, error) ||
+        !write_text(folder, "contours.csv", compare, compare_print_contours, error)) {
+        return false;
+    }
+    overlay = compare_draw_overlay(compare);
+    bool good = write_picture(folder, "overlay.png", &overlay, error) &&
+                compare_draw_strip(def, compare, options->threads, &strip, error) &&
+                write_picture(folder, "side-by-side.png", &strip, error);
+    image_free(&overlay);
+    image_free(&strip);
+    return good;
+}
+
+ExitCode command_compare(const Options *options, Error *error) {
+    CompareDef def = options->compare;
+    Compare compare;
+    def.drape = options->drape;
+    def.run = options->arguments[0];
+    def.photo = options->arguments[1];
+    def.frame = options->frames_given ? options->last < 0 ? options->first : options->last : -1;
+    bool good = compare_photo(&def, &compare, error);
+    if (good && options->json) {
+        compare_print_json(&compare, stdout);
+    } else if (good) {
+        compare_print_text(&compare, stdout);
+    }
+    if (good && isinf(def.drape.camera_height) && !options->quiet) {
+        fprintf(stderr,
+                "toile: the height of the camera is not known (--camera-height); from 1 m the run "
+                "would have %.1f %% instead of %.1f %%\n",
+                compare.dc_near, compare.dc_orthographic);
+    }
+    good = good && (!options->output || write_files(options, &def, &compare, error));
+    compare_free(&compare);
+    return good ? EXIT_OK : error->code;
+}
