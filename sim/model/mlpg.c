@@ -26,10 +26,6 @@ static void create_sweep(const Cloth *cloth, SweepLattice *sweep) {
                             .d22 = m->d22,
                             .d66 = m->d66};
     sweep->hourglass = mlpg_hourglass(m, p->h1, p->h2, MLPG_HOURGLASS_LATTICE);
-    sweep->side[0] = 0.5 * m->c11;
-    sweep->side[1] = 0.5 * m->c22;
-    sweep->side_free = MLPG_SIDE_FREE;
-    sweep->side_width = MLPG_SIDE_WIDTH;
     sweep->rest1 = p->rest_curvature[0];
     sweep->rest2 = p->rest_curvature[1];
     sweep->rest = p->wrap && (sweep->rest1 != 0.0 || sweep->rest2 != 0.0);

@@ -21,11 +21,6 @@
 #define MLPG_HOURGLASS_SHARE 0.05
 #define MLPG_HOURGLASS_LATTICE 1000.0
 #define MLPG_HOURGLASS_SCATTERED 100.0
-/* How far the strain of a side may differ from that of its cell before it resists, and the width of
- * the passage. A fold of ten nodes a wave needs 0.012; with more, single sides stretch by so much at
- * corners, with less, folds lock. Lattices. */
-#define MLPG_SIDE_FREE 0.01
-#define MLPG_SIDE_WIDTH 0.01
 
 typedef struct Mlpg {
     StrainSamples membrane;

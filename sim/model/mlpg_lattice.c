@@ -20,9 +20,7 @@ void mlpg_lattice_membrane(const Cloth *cloth, StrainSamples *s, Arena *arena) {
     const Panel *p = &cloth->panel;
     int cells = cells_along(p), count = cells * (p->nv - 1);
     const Material *m = &cloth->material;
-    StrainKind *kind = arena_push(arena, StrainKind, 1);
-    *kind = strain_lattice(p->h1, p->h2);
-    *s = (StrainSamples){.kind = kind,
+    *s = (StrainSamples){.kind = &strain_lattice,
                          .sample_count = count,
                          .start = arena_push(arena, int, count + 1),
                          .node = arena_push(arena, int, 4 * count),
@@ -33,9 +31,6 @@ void mlpg_lattice_membrane(const Cloth *cloth, StrainSamples *s, Arena *arena) {
                          .c12 = m->c12,
                          .c22 = m->c22,
                          .c66 = m->c66,
-                         .side = {0.5 * m->c11, 0.5 * m->c22},
-                         .side_free = MLPG_SIDE_FREE,
-                         .side_width = MLPG_SIDE_WIDTH,
                          .corotational = cloth->def->kinematics == KINEMATICS_COROTATIONAL,
                          .node_limit = cloth->node_count};
     double a = 0.5 / p->h1, b = 0.5 / p->h2, k = 1.0 / (p->h1 * p->h2);

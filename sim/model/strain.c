@@ -5,23 +5,12 @@
 
 #include "sim/base/error.h"
 
-/* slopes 0 F1, 1 F2, 2 k12. The sides of a cell along u are F1 -+ h2/2 k12. */
-StrainKind strain_lattice(double h1, double h2) {
-    double a = 0.5 * h2, b = 0.5 * h1;
-    return (StrainKind){.slope_count = 3,
-                        .strain_count = 9,
-                        .terms = {{{0, 0, 0.5}},
-                                  {{1, 1, 0.5}},
-                                  {{0, 1, 1.0}},
-                                  {{0, 2, 1.0}},
-                                  {{1, 2, 1.0}},
-                                  {{0, 2, -a}, {2, 2, 0.5 * a * a}},
-                                  {{0, 2, a}, {2, 2, 0.5 * a * a}},
-                                  {{1, 2, -b}, {2, 2, 0.5 * b * b}},
-                                  {{1, 2, b}, {2, 2, 0.5 * b * b}}},
-                        .rest = {0.5, 0.5},
-                        .sides = true};
-}
+/* slopes 0 F1, 1 F2, 2 k12 */
+const StrainKind strain_lattice = {
+    .slope_count = 3,
+    .strain_count = 5,
+    .terms = {{{0, 0, 0.5}}, {{1, 1, 0.5}}, {{0, 1, 1.0}}, {{0, 2, 1.0}}, {{1, 2, 1.0}}},
+    .rest = {0.5, 0.5}};
 
 /* slopes 0 F1, 1 F2, 2 k11, 3 k12, 4 k22; strains E11 E22 g12, then E11,1 E22,1 g12,1 and ,2 */
 const StrainKind strain_scattered = {.slope_count = 5,
@@ -68,37 +57,14 @@ static void quadratic_strains(const StrainKind *kind, Slopes v, double *strain) 
     }
 }
 
-/* A side resists softly at first: with o what its strain is beyond -+ free, and w the width of the
- * passage, stress / stiffness is o^2 / (2 w) up to w and o - w/2 from there. */
-static double side_over(const StrainSamples *s, double strain) {
-    return fmax(fabs(strain) - s->side_free, 0.0);
-}
-
-static double side_stress(const StrainSamples *s, double strain) {
-    double over = side_over(s, strain), soft = fmin(over, s->side_width);
-    return copysign(0.5 * soft * soft / s->side_width + (over - soft), strain);
-}
-
-static double side_energy(const StrainSamples *s, double strain) {
-    double over = side_over(s, strain), w = s->side_width, soft = fmin(over, w);
-    return soft * soft * soft / (6.0 * w) + 0.5 * (over - soft) * over;
-}
-
-static double side_tangent(const StrainSamples *s, double strain) {
-    return fmin(side_over(s, strain) / s->side_width, 1.0);
-}
-
 static void stress_of(const StrainSamples *s, int sample, const double *strain, double *stress) {
     const double *glass = s->hourglass + 3 * (size_t)sample;
     stress[0] = s->c11 * strain[0] + s->c12 * strain[1];
     stress[1] = s->c12 * strain[0] + s->c22 * strain[1];
     stress[2] = s->c66 * strain[2];
-    if (s->kind->sides) {
+    if (s->kind == &strain_lattice) {
         stress[3] = glass[0] * strain[3];
         stress[4] = glass[0] * strain[4];
-        for (int k = 5; k < 9; k++) {
-            stress[k] = s->side[k < 7 ? 0 : 1] * side_stress(s, strain[k]);
-        }
         return;
     }
     for (int k = 0; k < 3; k++) {
@@ -153,9 +119,7 @@ double strain_energy(const StrainSamples *s, const double *x) {
         slopes_of(s, i, x, v);
         sample_state(s, i, v, strain, stress);
         for (int k = 0; k < s->kind->strain_count; k++) {
-            bool side = s->kind->sides && k >= 5;
-            density += side ? s->side[k < 7 ? 0 : 1] * side_energy(s, strain[k])
-                            : 0.5 * strain[k] * stress[k];
+            density += 0.5 * strain[k] * stress[k];
         }
         energy += s->area[i] * density;
     }
@@ -186,7 +150,7 @@ void strain_add_gradient(const StrainSamples *s, const double *x, double *gradie
         slopes_of(s, i, x, v);
         green_stress(s, i, v, stress);
         for (int k = 0; k < kind->strain_count; k++) {
-            for (int t = 0; t < 2 && kind->terms[k][t].c != 0.0 && stress[k] != 0.0; t++) {
+            for (int t = 0; t < 2 && kind->terms[k][t].c != 0.0; t++) {
                 int p = kind->terms[k][t].p, q = kind->terms[k][t].q;
                 double factor = s->area[i] * stress[k] * kind->terms[k][t].c;
                 for (int c = 0; c < 3; c++) {
@@ -298,9 +262,8 @@ FIXED_SIZES slope_hessian(const StrainSamples *s, int sample, Slopes v, const do
     double b[STRAIN_MAX_STRAINS][3 * STRAIN_MAX_SLOPES] = {{0}};
     double cb[3 * STRAIN_MAX_SLOPES][STRAIN_MAX_STRAINS];
     double g[STRAIN_MAX_SLOPES][STRAIN_MAX_SLOPES] = {{0}};
-    double stress[STRAIN_MAX_STRAINS], here[STRAIN_MAX_STRAINS];
+    double stress[STRAIN_MAX_STRAINS];
     memcpy(stress, sigma, (size_t)strains * sizeof *stress);
-    quadratic_strains(kind, v, here);
     if (definite) {
         clamp_positive(&stress[0], &stress[1], &stress[2]);
         memset(stress + 3, 0, (STRAIN_MAX_STRAINS - 3) * sizeof *stress);
@@ -318,14 +281,11 @@ FIXED_SIZES slope_hessian(const StrainSamples *s, int sample, Slopes v, const do
         }
     }
     for (int j = 0; j < size; j++) {
-        double column[STRAIN_MAX_STRAINS] = {0};
+        double column[STRAIN_MAX_STRAINS];
         for (int k = 0; k < strains; k++) {
             column[k] = b[k][j];
         }
         stress_of(s, sample, column, cb[j]);
-        for (int k = 5; k < strains && kind->sides; k++) {
-            cb[j][k] = s->side[k < 7 ? 0 : 1] * side_tangent(s, here[k]) * column[k];
-        }
     }
     double area = s->area[sample];
     for (int i = 0; i < size; i++) {
@@ -373,37 +333,21 @@ FIXED_SIZES add_blocks(const StrainSamples *s, int sample, const double *h, int 
     }
 }
 
-static bool sides_resist(const StrainSamples *s, Slopes v, const double *stress) {
-    double strain[STRAIN_MAX_STRAINS] = {0};
-    quadratic_strains(s->kind, v, strain);
-    for (int k = 5; k < 9; k++) {
-        if (stress[k] != 0.0 || side_over(s, strain[k]) > 0.0) {
-            return true;
-        }
-    }
-    return false;
-}
-
 FIXED_SIZES add_hessian(const StrainSamples *s, const double *x, const double *sigma, bool definite,
                         int slopes, int strains, double *values) {
     for (int i = 0; i < s->sample_count; i++) {
         Slopes v;
         double h[9 * STRAIN_MAX_SLOPES * STRAIN_MAX_SLOPES];
         slopes_of(s, i, x, v);
-        const double *stress = sigma + (size_t)i * (size_t)s->kind->strain_count;
-        if (slopes == 3 && !sides_resist(s, v, stress)) {
-            slope_hessian(s, i, v, stress, definite, 3, 5, h);
-        } else {
-            slope_hessian(s, i, v, stress, definite, slopes, strains, h);
-        }
+        slope_hessian(s, i, v, sigma + (size_t)i * (size_t)strains, definite, slopes, strains, h);
         add_blocks(s, i, h, slopes, values);
     }
 }
 
 void strain_add_hessian(const StrainSamples *samples, const double *x, const double *stress,
                         bool definite, double *values) {
-    if (samples->kind->sides) {
-        add_hessian(samples, x, stress, definite, 3, 9, values);
+    if (samples->kind == &strain_lattice) {
+        add_hessian(samples, x, stress, definite, 3, 5, values);
     } else {
         add_hessian(samples, x, stress, definite, 5, 9, values);
     }

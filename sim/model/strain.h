@@ -3,10 +3,7 @@
  * A sample has a few *slopes*: linear rows over its nodes, v_p = sum_I r_pI x_I (3-vectors).
  * Every strain is bilinear in slopes,   s_k = sum over terms c (v_p . v_q) - s0_k,
  * and the energy is  W = A/2 s' C s.  Lattice samples (mlpg.md 1.3): slopes F1, F2 and the twist
- * k12; strains E11, E22, g12, the two hourglass strains F1.k12, F2.k12, and for each of the four
- * sides by how much its strain differs from that of the cell. Only beyond `side_free` do sides
- * resist: less would lock folds, and without it single sides stretch far where a point carries
- * much. Scattered samples:
+ * k12; strains E11, E22, g12 and the two hourglass strains F1.k12, F2.k12. Scattered samples:
  * slopes F1, F2, k11, k12, k22; strains E11, E22, g12 and the six gradients E_ab,c.
  */
 #ifndef TOILE_MODEL_STRAIN_H
@@ -27,27 +24,24 @@ typedef struct StrainKind {
         double c;
     } terms[STRAIN_MAX_STRAINS][2]; /* the second has c = 0 when there is only one */
     double rest[STRAIN_MAX_STRAINS];
-    bool sides; /* the last four strains are those of sides */
 } StrainKind;
 
-extern const StrainKind strain_scattered;
-StrainKind strain_lattice(double h1, double h2); /* [m] sides of the cells */
+extern const StrainKind strain_lattice, strain_scattered;
 
 typedef struct StrainSamples {
     const StrainKind *kind;
     int sample_count;
-    int *start;                            /* (sample_count + 1) */
-    int *node;                             /* (start[sample_count]) */
-    double *row;                           /* (start[sample_count] x slope_count) [1/m], [1/m2] */
-    double *area;                          /* [m2] (sample_count) */
-    double c11, c12, c22, c66;             /* [N/m] membrane */
-    double *hourglass;                     /* [N/m ...] (sample_count x 3): lattice: k_h A/12, 0, 0;
+    int *start;                /* (sample_count + 1) */
+    int *node;                 /* (start[sample_count]) */
+    double *row;               /* (start[sample_count] x slope_count) [1/m], [1/m2] */
+    double *area;              /* [m2] (sample_count) */
+    double c11, c12, c22, c66; /* [N/m] membrane */
+    double *hourglass;         /* [N/m ...] (sample_count x 3): lattice: k_h A/12, 0, 0;
                             scattered: k_h times the second moments M11, M12, M22 [m2] */
-    double side[2], side_free, side_width; /* lattice: [N/m] of sides along u, v; strains */
-    bool corotational;                     /* membrane stress from U - I instead of (F'F - I)/2 */
-    int node_limit;                        /* nodes from here on are ghosts: no Hessian */
-    BlockPlace *places; /* lower pairs of every sample, in order (see strain_bind) */
-    int *place_start;   /* (sample_count + 1) */
+    bool corotational;         /* membrane stress from U - I instead of (F'F - I)/2 */
+    int node_limit;            /* nodes from here on are ghosts: no Hessian */
+    BlockPlace *places;        /* lower pairs of every sample, in order (see strain_bind) */
+    int *place_start;          /* (sample_count + 1) */
 } StrainSamples;
 
 double strain_energy(const StrainSamples *samples, const double *x);

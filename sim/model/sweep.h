@@ -23,9 +23,8 @@ typedef struct SweepLattice {
     double c11, c12, c22, c66; /* [N/m] membrane */
     double d11, d12, d22, d66; /* [N m] bending */
     double hourglass;          /* [N/m] k_h */
-    double side[2], side_free, side_width; /* [N/m] along u, v; strains: see strain.h */
-    bool rest;           /* the sweep adds the moments of the rest curvature (wrapped only) */
-    double rest1, rest2; /* [1/m] rest curvature along u, v */
+    bool rest;                 /* the sweep adds the moments of the rest curvature (wrapped only) */
+    double rest1, rest2;       /* [1/m] rest curvature along u, v */
 } SweepLattice;
 
 /* What one kick does besides the forces: v <- (v + dt (f / m + push)) * keep. */

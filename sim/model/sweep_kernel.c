@@ -68,14 +68,6 @@ static void fill_zero(double *const row[3], int begin, int end) {
 /* Loops that write buffers alone run on into the free slots after a row, to whole vectors of the
  * widest kind: the tail costs more than the work in vain. Nothing is read from there. */
 #define WHOLE_VECTORS 8
-/* (strain.h) */
-static inline double side_stress(double strain, double free, double width) {
-    double size = strain < 0.0 ? -strain : strain, over = size > free ? size - free : 0.0;
-    double soft = over < width ? over : width;
-    double stress = 0.5 / width * soft * soft + (over - soft);
-    return strain < 0.0 ? -stress : stress;
-}
-
 static int whole(int count) { return (count + WHOLE_VECTORS - 1) & -WHOLE_VECTORS; }
 
 /* cells between node rows j and j + 1 */
@@ -94,9 +86,6 @@ static void cell_row(const SweepLattice *l, const Lanes *lanes, int j, CellRow *
     double to_p1 = area * to_f1, to_p2 = area * to_f2;
     double c11 = l->c11, c12 = l->c12, c22 = l->c22, c66 = l->c66;
     double twist = 4.0 * l->d66, glass = l->hourglass * area / 12.0;
-    double a = 0.5 * l->h2, b = 0.5 * l->h1;
-    double side1 = l->side[0], side2 = l->side[1], free = l->side_free;
-    double width = l->side_width;
     ROW_LOOP
     for (int i = 0; i < whole(cell_count); i++) {
         double ex = xa[i + 1] - xa[i], ey = ya[i + 1] - ya[i], ez = za[i + 1] - za[i];
@@ -110,20 +99,14 @@ static void cell_row(const SweepLattice *l, const Lanes *lanes, int j, CellRow *
         double e2 = 0.5 * (f2x * f2x + f2y * f2y + f2z * f2z - 1.0);
         double s12 = c66 * (f1x * f2x + f1y * f2y + f1z * f2z);
         double s1 = c11 * e1 + c12 * e2, s2 = c12 * e1 + c22 * e2;
-        double q1 = f1x * kx + f1y * ky + f1z * kz, q2 = f2x * kx + f2y * ky + f2z * kz;
-        double kk = kx * kx + ky * ky + kz * kz;
-        double low1 = side1 * side_stress(0.5 * a * a * kk - a * q1, free, width);
-        double high1 = side1 * side_stress(0.5 * a * a * kk + a * q1, free, width);
-        double low2 = side2 * side_stress(0.5 * b * b * kk - b * q2, free, width);
-        double high2 = side2 * side_stress(0.5 * b * b * kk + b * q2, free, width);
-        double t1 = glass * q1 + a * (high1 - low1), t2 = glass * q2 + b * (high2 - low2);
-        double tk = twist + a * a * (low1 + high1) + b * b * (low2 + high2);
+        double t1 = glass * (f1x * kx + f1y * ky + f1z * kz);
+        double t2 = glass * (f2x * kx + f2y * ky + f2z * kz);
         double p1x = to_p1 * (s1 * f1x + s12 * f2x + t1 * kx);
         double p1y = to_p1 * (s1 * f1y + s12 * f2y + t1 * ky);
         double p1z = to_p1 * (s1 * f1z + s12 * f2z + t1 * kz);
-        double qx = t1 * f1x + t2 * f2x + tk * kx;
-        double qy = t1 * f1y + t2 * f2y + tk * ky;
-        double qz = t1 * f1z + t2 * f2z + tk * kz;
+        double qx = t1 * f1x + t2 * f2x + twist * kx;
+        double qy = t1 * f1y + t2 * f2y + twist * ky;
+        double qz = t1 * f1z + t2 * f2z + twist * kz;
         px[i] = to_p2 * (s2 * f2x + s12 * f1x + t2 * kx);
         py[i] = to_p2 * (s2 * f2y + s12 * f1y + t2 * ky);
         pz[i] = to_p2 * (s2 * f2z + s12 * f1z + t2 * kz);
