@@ -41,6 +41,8 @@ SIM_SOURCES := $(wildcard sim/scene/*.c sim/solve/*.c sim/model/*.c sim/contact/
 RENDER_SOURCES := $(filter-out render/main.c,$(wildcard render/*.c))
 TEST_SOURCES := $(wildcard tests/test_*.c)
 TEST_SUPPORT := $(wildcard tests/support/*.c)
+# what draws photographs needs the renderer, which the simulator's benches do without
+SIM_SUPPORT := $(filter-out tests/support/photos.c,$(TEST_SUPPORT))
 
 objects = $(patsubst %.c,$(BUILD)/%.o,$(1))
 SHARED_OBJECTS := $(call objects,$(SHARED_SOURCES))
@@ -161,7 +163,7 @@ bench: all $(call objects,$(wildcard tests/bench/*.c))
 	@$(PYTHON) scripts/plot_bench.py build/bench/results.csv build/bench
 
 $(BUILD)/tests/bench/bench: $(call objects,$(wildcard tests/bench/*.c)) \
-		$(call objects,$(TEST_SUPPORT)) $(SIM_OBJECTS) $(SHARED_OBJECTS)
+		$(call objects,$(SIM_SUPPORT)) $(SIM_OBJECTS) $(SHARED_OBJECTS)
 	@echo "link $@"
 	@$(CC) $(LDFLAGS) $^ $(SIM_LIBS) -lcmocka -o $@
 
@@ -171,7 +173,7 @@ stress: all
 	@$(BUILD)/tests/stress/stress build/stress/stress.csv
 
 $(BUILD)/tests/stress/stress: $(call objects,$(wildcard tests/stress/*.c)) \
-		$(call objects,$(TEST_SUPPORT)) $(SIM_OBJECTS) $(SHARED_OBJECTS)
+		$(call objects,$(SIM_SUPPORT)) $(SIM_OBJECTS) $(SHARED_OBJECTS)
 	@echo "link $@"
 	@$(CC) $(LDFLAGS) $^ $(SIM_LIBS) -lcmocka -o $@
 
