@@ -126,6 +126,22 @@ static void test_animated(void **unused) {
     assert_true(judged.gap < 1e-3);
 }
 
+/* cloth at rest on the floor stays awake as long as the frames of a mesh move it */
+static void test_awake(void **unused) {
+    (void)unused;
+    Play play;
+    play_start(&play,
+               "toile: 1\nfilm: {rate: 20, seconds: 5}\ncloth:\n  rag:\n"
+               "    shape: {rectangle: {width: 30 cm, height: 30 cm}}\n    " FABRIC
+               "    nodes: 7 x 7\n    at: [2 m, 0, 1 mm]\nobstacles:\n  ground: {plane: {}}\n"
+               "  form: {mesh: " MESHES "mannequin.glb, motion: file}\n");
+    play_to(&play, 3.9);
+    assert_true(play.sim.statistics.asleep == 0.0 && play.sim.state.calm > 0.5);
+    play_to(&play, 4.9);
+    assert_true(play.sim.statistics.asleep == 1.0);
+    play_end(&play);
+}
+
 static void test_refused(void **unused) {
     (void)unused;
     Arena arena = {0};
@@ -153,6 +169,7 @@ int main(void) {
         cmocka_unit_test(test_drape),   cmocka_unit_test(test_driven),
         cmocka_unit_test(test_pinch),   cmocka_unit_test(test_animated),
         cmocka_unit_test(test_refused), cmocka_unit_test(test_late),
+        cmocka_unit_test(test_awake),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

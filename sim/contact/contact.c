@@ -31,6 +31,13 @@ Pose contact_pose(const ContactObstacle *obstacle, double clock) {
     return pose_compose(motion_pose(obstacle->motion, clock), obstacle->start);
 }
 
+double contact_motion_end(const ContactObstacle *obstacle) {
+    const MeshDef *mesh = obstacle->mesh;
+    double frames =
+        mesh && mesh->frame_count > 1 ? (mesh->frame_count - 1) / mesh->frame_rate : 0.0;
+    return max2(frames, motion_end(obstacle->motion));
+}
+
 /* ---- creation ---- */
 
 static void index_groups(Contact *c, Arena *arena) {
@@ -66,7 +73,7 @@ static void index_groups(Contact *c, Arena *arena) {
 
 static void create_obstacles(Contact *c, Arena *arena) {
     int n = c->def->vertex_count, o = c->def->obstacle_count;
-    int groups = c->surface.first_group[c->def->panel_count];
+    int groups = contact_cloth_groups(c);
     c->group_touches = arena_push(arena, GroupTouch, groups * o);
     c->owner_wanted = arena_push(arena, unsigned char, groups *o);
     c->distances = arena_push(arena, VertexDistance, n * o);
@@ -481,8 +488,7 @@ static void leave_quiet(Contact *c) {
     for (int i = 0; i < l->group_pair_count; i++) {
         l->group_pairs[i].path += c->quiet_path;
     }
-    int cloth_groups = c->surface.first_group[c->def->panel_count];
-    for (int i = 0; i < cloth_groups * c->def->obstacle_count; i++) {
+    for (int i = 0; i < contact_cloth_groups(c) * c->def->obstacle_count; i++) {
         c->group_touches[i].path += c->quiet_path;
     }
     c->due_count = c->due_touch_count = 0;

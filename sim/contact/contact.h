@@ -85,6 +85,9 @@ Contact *contact_create(const ContactDef *def, Arena *arena);
 /* The pose of an obstacle whose programme stands at `clock` [s]. */
 Pose contact_pose(const ContactObstacle *obstacle, double clock);
 
+/* [s] from when on an obstacle stands still: its motion, and the frames of its mesh. */
+double contact_motion_end(const ContactObstacle *obstacle);
+
 /* Energy E [J], force -dE/dd [N] and stiffness [N/m] of the law above. */
 double contact_law(double distance, double dhat, double k, double *force, double *curvature);
 

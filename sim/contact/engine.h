@@ -126,6 +126,10 @@ struct Contact {
     ContactStatistics statistics;
 };
 
+/* groups of cloth come before those of meshes */
+static inline int contact_cloth_groups(const Contact *c) {
+    return c->surface.first_group[c->def->panel_count];
+}
 static inline Points contact_positions(const Contact *c) { return (Points){c->x}; }
 void contact_gather(Contact *c); /* after positions changed */
 static inline Vec3 contact_velocity(const Contact *c, int place) {

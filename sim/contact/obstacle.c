@@ -29,8 +29,6 @@ static void add_touch(Contact *c, const Touch *touch, double due) {
     c->touch_due[c->touch_count++] = due;
 }
 
-static int cloth_groups(const Contact *c) { return c->surface.first_group[c->def->panel_count]; }
-
 static double group_distance(const Contact *c, int g) {
     return c->surface.panels[c->surface.groups[g].panel].distance;
 }
@@ -119,7 +117,7 @@ static void drop_touch(Contact *c, int t) {
 
 /* searches the groups that spent their path, or that became too fast for their list */
 static bool search(Contact *c, bool by_path, double dt) {
-    int owners = cloth_groups(c) * c->def->obstacle_count, wanted = 0;
+    int owners = contact_cloth_groups(c) * c->def->obstacle_count, wanted = 0;
     for (int i = 0; i < owners; i++) {
         c->owner_wanted[i] = is_wanted(&c->group_touches[i], by_path, dt);
         wanted += c->owner_wanted[i];
@@ -174,8 +172,8 @@ void obstacle_begin(Contact *c, double dt) {
     }
     c->touch_count = 0;
     memset(c->group_touches, 0,
-           (size_t)(cloth_groups(c) * c->def->obstacle_count) * sizeof *c->group_touches);
-    for (int g = 0; g < cloth_groups(c); g++) {
+           (size_t)(contact_cloth_groups(c) * c->def->obstacle_count) * sizeof *c->group_touches);
+    for (int g = 0; g < contact_cloth_groups(c); g++) {
         for (int o = 0; o < c->def->obstacle_count; o++) {
             GroupTouch *group = &c->group_touches[g * c->def->obstacle_count + o];
             group->speed = c->motion[g].fastest;
@@ -383,7 +381,7 @@ void obstacle_forces(Contact *c, double dt, double share) {
 static double take_speeds(Contact *c, double dt) {
     int obstacles = c->def->obstacle_count;
     double most = 0.0;
-    for (int i = 0; i < cloth_groups(c) * obstacles; i++) {
+    for (int i = 0; i < contact_cloth_groups(c) * obstacles; i++) {
         const GroupMotion *motion = &c->motion[i / obstacles];
         GroupTouch *group = &c->group_touches[i];
         group->speed = motion->fastest + c->obstacle_speed[i % obstacles];
@@ -482,7 +480,7 @@ bool obstacle_check(Contact *c, double dt) {
 }
 
 void obstacle_advance(Contact *c, double dt) {
-    for (int i = 0; i < cloth_groups(c) * c->def->obstacle_count; i++) {
+    for (int i = 0; i < contact_cloth_groups(c) * c->def->obstacle_count; i++) {
         c->group_touches[i].path += c->group_touches[i].speed * dt;
     }
 }
@@ -505,7 +503,7 @@ double obstacle_energy(const Contact *c, double dt) {
 
 double obstacle_room(const Contact *c) {
     double room = c->touch_count > 0 ? 0.0 : INFINITY;
-    for (int i = 0; i < cloth_groups(c) * c->def->obstacle_count; i++) {
+    for (int i = 0; i < contact_cloth_groups(c) * c->def->obstacle_count; i++) {
         room = min2(room, c->group_touches[i].limit - c->group_touches[i].path);
     }
     return max2(room, 0.0);

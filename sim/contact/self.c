@@ -14,7 +14,7 @@ static double relative_speed(const Contact *c, const GroupPair *pair) {
 static double fastest_group(const Contact *c) {
     const Surface *s = &c->surface;
     Vec3 mean = {0, 0, 0};
-    int count = s->first_group[c->def->panel_count];
+    int count = contact_cloth_groups(c);
     for (int g = 0; g < count; g++) {
         mean = vec3_axpy(mean, 1.0 / count, c->motion[g].velocity);
     }

@@ -9,7 +9,7 @@
 #define CONTACT_COURANT 0.25
 
 /* kinetic energy / (weight * size) that counts as rest, and for how long it must hold */
-#define CALM_ENERGY 2e-8
+#define CALM_ENERGY 3e-9
 #define CALM_SECONDS 0.5
 
 /* of the stability limit: what is faster is stopped by the guard, without bounce */
@@ -115,7 +115,7 @@ static bool is_undisturbed(const System *system, const State *state, double time
     }
     for (int o = 0; o < system->contact.obstacle_count; o++) {
         const ContactObstacle *obstacle = &system->contact.obstacles[o];
-        if (obstacle->moves && motion_end(obstacle->motion) > state->contact.clocks[o]) {
+        if (obstacle->moves && contact_motion_end(obstacle) > state->contact.clocks[o]) {
             return false;
         }
     }
