@@ -436,7 +436,7 @@ static void test_tunnelling(void **unused) {
         w.obstacles[0].solid = solids[k % 3];
         w.obstacles[0].friction = 0.3;
         world_start(&w, k % 2 ? "backward_euler" : "bdf2");
-        CHECK_AT_MOST(run_and_count(&w, 0.05), 0);
+        CHECK_AT_MOST(run_and_count(&w, 0.1), 0);
         world_end(&w);
     }
     for (int k = 0; k < 3; k++) {
@@ -449,7 +449,7 @@ static void test_tunnelling(void **unused) {
             w.cloths[c].velocity = vec3(0, 0, c ? -0.5 * speeds[k] : 0.5 * speeds[k]);
         }
         world_start(&w, "bdf2");
-        CHECK_AT_MOST(run_and_count(&w, 0.05), 0);
+        CHECK_AT_MOST(run_and_count(&w, 0.1), 0);
         world_end(&w);
     }
 }
