@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "render/diff.h"
+#include "render/markup.h"
 
 #define GAP 8          /* [px] between the pictures of a strip */
 #define MOST_ROWS 2000 /* of the table; the rest is in diff.json */
@@ -23,27 +24,6 @@ Image diff_strip(const Image *a, const Image *b) {
     }
     image_free(&heat);
     return strip;
-}
-
-static void put_text(FILE *out, const char *text) {
-    for (; *text; text++) {
-        switch (*text) {
-        case '<':
-            fputs("&lt;", out);
-            break;
-        case '>':
-            fputs("&gt;", out);
-            break;
-        case '&':
-            fputs("&amp;", out);
-            break;
-        case '"':
-            fputs("&quot;", out);
-            break;
-        default:
-            fputc(*text, out);
-        }
-    }
 }
 
 static void put_base64(FILE *out, const unsigned char *bytes, size_t size) {
@@ -69,7 +49,7 @@ static void put_image(FILE *out, const char *class, const Image *image) {
     size_t size = 0;
     FILE *memory = open_memstream(&bytes, &size);
     ASSERT(memory);
-    image_put_png(memory, image, NULL, 0);
+    image_put_png(memory, image, NULL, false);
     fclose(memory);
     fprintf(out, "<img class=\"%s\" alt=\"%s\" src=\"data:image/png;base64,", class, class);
     put_base64(out, (unsigned char *)bytes, size);
@@ -93,9 +73,9 @@ static void put_head(const Diff *diff, FILE *out) {
         out);
     fprintf(out, "<h1>toile diff: <span class=\"%s\">%s</span></h1>\n<p>a: ", same ? "good" : "bad",
             same ? "same" : "differs");
-    put_text(out, diff->def.a);
+    markup_put(out, diff->def.a, false);
     fputs("<br>b: ", out);
-    put_text(out, diff->def.b);
+    markup_put(out, diff->def.b, false);
     fprintf(out, "<br>%d of %d differ, profile %s</p>\n", diff->failed_items, diff->item_count,
             diff->def.rules.profile);
 }
@@ -103,9 +83,9 @@ static void put_head(const Diff *diff, FILE *out) {
 static void put_pair(const Diff *diff, const DiffItem *item, FILE *out) {
     const DiffRow *row = &diff->rows[item->worst];
     fputs("<h2>", out);
-    put_text(out, item->name);
+    markup_put(out, item->name, false);
     fprintf(out, ", frame %d</h2>\n<p class=\"%s\">", row->frame, row->failed ? "bad" : "good");
-    put_text(out, row->failed ? row->why : "same");
+    markup_put(out, row->failed ? row->why : "same", false);
     fputs("</p>\n<div class=\"pair\">", out);
     put_image(out, "a", &item->worst_a);
     put_image(out, "b", &item->worst_b);
@@ -121,7 +101,7 @@ static void put_pair(const Diff *diff, const DiffItem *item, FILE *out) {
 
 static void put_row(const DiffItem *item, const DiffRow *row, FILE *out) {
     fprintf(out, "<tr%s><td>", row->failed ? " class=\"bad\"" : "");
-    put_text(out, item->name);
+    markup_put(out, item->name, false);
     fprintf(out, "</td><td>%d</td>", row->frame);
     for (int m = 0; m < DIFF_METRIC_COUNT; m++) {
         if (isnan(row->value[m])) {
@@ -131,7 +111,7 @@ static void put_row(const DiffItem *item, const DiffRow *row, FILE *out) {
         }
     }
     fputs("<td>", out);
-    put_text(out, row->why);
+    markup_put(out, row->why, false);
     fputs("</td></tr>\n", out);
 }
 
@@ -149,9 +129,9 @@ static void put_table(const Diff *diff, FILE *out) {
     for (int i = 0; i < diff->item_count; i++) {
         if (diff->items[i].trouble[0]) {
             fputs("<tr class=\"bad\"><td>", out);
-            put_text(out, diff->items[i].name);
+            markup_put(out, diff->items[i].name, false);
             fprintf(out, "</td><td colspan=\"%d\"></td><td>", DIFF_METRIC_COUNT + 1);
-            put_text(out, diff->items[i].trouble);
+            markup_put(out, diff->items[i].trouble, false);
             fputs("</td></tr>\n", out);
         }
     }

@@ -5,6 +5,7 @@
 
 #include "render/diff.h"
 #include "render/json.h"
+#include "render/markup.h"
 
 static const char *verdict_word(const DiffItem *item) {
     return item->trouble[0] ? item->trouble : item->failed ? "differs" : "same";
@@ -113,33 +114,10 @@ void diff_print_json(const Diff *diff, FILE *out) {
 
 /* ---- JUnit ---- */
 
-/* Text of XML; what it does not allow becomes a question mark. */
-static void put_xml(FILE *out, const char *text) {
-    for (; *text; text++) {
-        unsigned char c = (unsigned char)*text;
-        switch (c) {
-        case '<':
-            fputs("&lt;", out);
-            break;
-        case '>':
-            fputs("&gt;", out);
-            break;
-        case '&':
-            fputs("&amp;", out);
-            break;
-        case '"':
-            fputs("&quot;", out);
-            break;
-        default:
-            fputc(c < ' ' || c > 126 ? '?' : c, out);
-        }
-    }
-}
-
 static void put_case(const char *name, const char *frame, bool failed, bool trouble,
                      const char *why, FILE *out) {
     fputs("  <testcase classname=\"toile.diff\" name=\"", out);
-    put_xml(out, name);
+    markup_put(out, name, true);
     fprintf(out, "%s\"", frame);
     if (!failed) {
         fputs("/>\n", out);
@@ -147,7 +125,7 @@ static void put_case(const char *name, const char *frame, bool failed, bool trou
     }
     const char *tag = trouble ? "error" : "failure";
     fprintf(out, ">\n    <%s message=\"", tag);
-    put_xml(out, why);
+    markup_put(out, why, true);
     fprintf(out, "\"/>\n  </testcase>\n");
 }
 
