@@ -49,7 +49,7 @@ static void put_image(FILE *out, const char *class, const Image *image) {
     size_t size = 0;
     FILE *memory = open_memstream(&bytes, &size);
     ASSERT(memory);
-    image_put_png(memory, image, NULL, false);
+    image_put_png(memory, image, NULL, 0);
     fclose(memory);
     fprintf(out, "<img class=\"%s\" alt=\"%s\" src=\"data:image/png;base64,", class, class);
     put_base64(out, (unsigned char *)bytes, size);
