@@ -104,6 +104,9 @@ void plan_print(const Sim *sim, FILE *out, bool json) {
             fprintf(out, "    accuracy %g %%: spacing chosen as %.3g mm\n",
                     100.0 * cloth->def->accuracy, 1e3 * panel_accurate_spacing(cloth->def));
         }
+        if (cloth->note) {
+            fprintf(out, "    %s: %s\n", cloth->model->name, cloth->note);
+        }
         fprintf(out,
                 "    fabric %s: %.4g g/m2, bending length %.3g mm, spacing / bending length "
                 "%.2g\n",

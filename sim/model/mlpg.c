@@ -3,6 +3,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "sim/model/stable.h"
+
 double mlpg_hourglass(const Material *m, double h1, double h2, double factor) {
     double stretch = 0.5 * (m->c11 + m->c22), bend = 0.5 * (m->d11 + m->d22);
     return fmin(MLPG_HOURGLASS_SHARE * stretch, factor * bend / (h1 * h2));
@@ -36,7 +38,7 @@ static bool create(Cloth *cloth, Arena *arena, Error *error) {
     const Panel *p = &cloth->panel;
     Mlpg *mlpg = arena_push(arena, Mlpg, 1);
     cloth->data = mlpg;
-    bool lattice = p->nu > 0, rbf = cloth->def->bending == BENDING_RBF || !lattice;
+    bool lattice = p->nu > 0, rbf = cloth->bending == BENDING_RBF;
     int total = cloth->node_count + cloth->ghost_count;
     if (cloth->ghost_count > 0 && rbf && lattice) {
         return error_set(error, EXIT_BAD_INPUT,
@@ -117,54 +119,17 @@ static void add_hessian(const Cloth *cloth, const double *x, const double *sigma
     bending_add_hessian(mlpg->tangent, x, values);
 }
 
-/* scattered nodes: largest eigenvalue of M^-1 K at the start, by power iteration */
-static double power_step(const Cloth *cloth) {
-    enum { ITERATIONS = 300 };      /* explicit.md 10.7: 4000 give the same */
-    const double difference = 1e-6; /* of the spacing */
-    Arena arena = {0};
-    int count = 3 * (cloth->node_count + cloth->ghost_count);
-    double *x = arena_push(&arena, double, count), *d = arena_push(&arena, double, count);
-    double *moved = arena_push(&arena, double, count), *g = arena_push(&arena, double, count);
-    double *g0 = arena_push(&arena, double, count);
-    cloth_start(cloth, x);
-    add_gradient(cloth, x, g0);
-    double lambda = 0.0, scale = difference * cloth->panel.h1;
-    for (int i = 0; i < 3 * cloth->node_count; i++) {
-        d[i] = (i % 3 == 0 ? 1.0 : 0.5) * (i / 3 % 2 ? -1.0 : 1.0) + 0.3 * sin(1.7 * i);
-    }
-    for (int k = 0; k < ITERATIONS; k++) {
-        double norm = 0.0;
-        for (int i = 0; i < 3 * cloth->node_count; i++) {
-            norm = fmax(norm, fabs(d[i]));
-        }
-        memset(g, 0, (size_t)count * sizeof *g);
-        for (int i = 0; i < count; i++) {
-            d[i] /= norm;
-            moved[i] = x[i] + scale * d[i];
-        }
-        add_gradient(cloth, moved, g);
-        double dd = 0.0, dkd = 0.0;
-        for (int i = 0; i < 3 * cloth->node_count; i++) {
-            double kd = (g[i] - g0[i]) / (scale * cloth->mass[i / 3]);
-            dkd += cloth->mass[i / 3] * d[i] * kd;
-            dd += cloth->mass[i / 3] * d[i] * d[i];
-            d[i] = kd;
-        }
-        lambda = dkd / dd;
-    }
-    arena_free(&arena);
-    return 2.0 / sqrt(lambda);
-}
-
 static double stable_step(const Cloth *cloth) {
     const Mlpg *mlpg = cloth->data;
     return cloth->lattice ? sweep_stable_step(&mlpg->sweep, cloth->material.density)
-                          : power_step(cloth);
+                          : stable_step_by_power(cloth);
 }
 
 const ClothModel cloth_model_mlpg = {
     .name = "mlpg",
     .about = "meshless Kirchhoff-Love shell (Yuan, Chen, Gagalowicz, Liu 2008)",
+    .lattice_bendings = 1u << BENDING_STENCIL | 1u << BENDING_RBF,
+    .scattered_bendings = 1u << BENDING_RBF,
     .create = create,
     .energy = energy,
     .add_gradient = add_gradient,

@@ -30,8 +30,6 @@ typedef struct Mlpg {
     SweepLattice sweep;
 } Mlpg;
 
-extern const ClothModel cloth_model_mlpg;
-
 /* [N/m] k_h of a material for spacings h1, h2 [m]; factor: the m above. */
 double mlpg_hourglass(const Material *m, double h1, double h2, double factor);
 

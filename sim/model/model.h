@@ -26,6 +26,7 @@ typedef struct Cloth {
     const ClothDef *def;
     Panel panel;
     Material material;
+    BendingKind bending; /* never auto */
     int node_count, ghost_count;
     const Ghost *ghosts;         /* (ghost_count) */
     bool clamp[4];               /* lattice borders with prescribed slope */
@@ -33,11 +34,16 @@ typedef struct Cloth {
     int strain_count;            /* numbers in a stress state of add_hessian */
     const SweepLattice *lattice; /* explicit sweep (first slot not set); NULL: none */
     void *data;                  /* of the model */
+    const char *note;            /* what the model cannot have of this fabric; NULL: nothing */
 } Cloth;
 
 struct ClothModel {
     const char *name, *about;
-    /* Fills mass, strain_count, lattice, data. Errors: EXIT_BAD_INPUT. */
+    /* 1 << BendingKind of all that it knows on lattices, on scattered nodes; the lowest is that of
+     * 'auto'; 0: it cannot have such nodes. cloth_create refuses the others. */
+    unsigned lattice_bendings, scattered_bendings;
+    /* Fills mass, strain_count, lattice, data, note; material becomes what the model computes
+     * with. Errors: EXIT_BAD_INPUT. */
     bool (*create)(Cloth *cloth, Arena *arena, Error *error);
     /* [J] stored in the cloth. x: ((node_count + ghost_count) x 3). */
     double (*energy)(const Cloth *cloth, const double *x);

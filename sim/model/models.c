@@ -1,13 +1,15 @@
 #include <math.h>
 #include <string.h>
 
-#include "sim/model/mlpg.h"
 #include "sim/model/model.h"
 
-const ClothModel *const cloth_models[] = {
-    &cloth_model_mlpg,
-    NULL,
-};
+/* one line a model */
+#define MODELS(MODEL) MODEL(mlpg) MODEL(springs)
+
+#define DECLARE(name) extern const ClothModel cloth_model_##name;
+#define LIST(name) &cloth_model_##name,
+MODELS(DECLARE)
+const ClothModel *const cloth_models[] = {MODELS(LIST) NULL};
 
 const ClothModel *cloth_model_find(const char *name) {
     for (const ClothModel *const *model = cloth_models; *model; model++) {
@@ -84,6 +86,41 @@ static void scattered_ghosts(Cloth *cloth, const HandleDef *handles, int handle_
     cloth->ghosts = ghosts;
 }
 
+/* the words of a set of BendingKind, "stencil, rbf" */
+static const char *list_bendings(unsigned set, Arena *arena) {
+    char *text = arena_push(arena, char, 16 * BENDING_COUNT);
+    for (int k = 0; k < BENDING_COUNT; k++) {
+        if (set & 1u << k) {
+            strcat(text, *text ? ", " : "");
+            strcat(text, bending_words[k]);
+        }
+    }
+    return text;
+}
+
+/* the form of bending that the model shall use */
+static bool choose_bending(Cloth *cloth, Arena *arena, Error *error) {
+    const ClothModel *model = cloth->model;
+    bool lattice = cloth->panel.nu > 0;
+    unsigned known = lattice ? model->lattice_bendings : model->scattered_bendings;
+    const char *nodes = lattice ? "on lattices" : "on scattered nodes";
+    cloth->bending = cloth->def->bending;
+    if (known == 0) {
+        return error_set(error, EXIT_BAD_INPUT, "cloth '%s': model '%s' does not work %s",
+                         cloth->def->name, model->name, nodes);
+    }
+    if (cloth->bending != BENDING_AUTO && !(known & 1u << cloth->bending)) {
+        return error_set(error, EXIT_BAD_INPUT,
+                         "cloth '%s': model '%s' knows no 'bending: %s' %s; it knows %s",
+                         cloth->def->name, model->name, bending_words[cloth->bending], nodes,
+                         list_bendings(known, arena));
+    }
+    for (int k = BENDING_COUNT - 1; k > 0 && cloth->def->bending == BENDING_AUTO; k--) {
+        cloth->bending = known & 1u << k ? (BendingKind)k : cloth->bending;
+    }
+    return true;
+}
+
 bool cloth_create(Cloth *cloth, const ClothDef *def, const HandleDef *handles, int handle_count,
                   uint64_t seed, Arena *arena, Error *error) {
     *cloth = (Cloth){.def = def, .model = cloth_model_find(def->model)};
@@ -92,6 +129,9 @@ bool cloth_create(Cloth *cloth, const ClothDef *def, const HandleDef *handles, i
                          def->model);
     }
     if (!panel_create(def, seed, arena, &cloth->panel, error)) {
+        return false;
+    }
+    if (!choose_bending(cloth, arena, error)) {
         return false;
     }
     cloth->material = fabric_material(&def->fabric);

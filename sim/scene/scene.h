@@ -44,8 +44,21 @@ typedef enum KinematicsKind { KINEMATICS_GREEN, KINEMATICS_COROTATIONAL } Kinema
 typedef enum BendingKind {
     BENDING_AUTO,    /* stencil on lattices, rbf on scattered nodes */
     BENDING_STENCIL, /* 13-point stencil: boundary integral of 2-node edge slopes (lattices) */
-    BENDING_RBF      /* boundary integral of RBF edge slopes (any nodes) */
+    BENDING_RBF,     /* boundary integral of RBF edge slopes (any nodes) */
+    BENDING_CHOI_KO, /* springs between second neighbours that push like a buckled strip */
+    BENDING_CHORD,   /* the same, with the moment of a linear hinge at every angle */
+    BENDING_PROVOT,  /* linear springs between second neighbours */
+    BENDING_COUNT
 } BendingKind;
+extern const char *const bending_words[]; /* by BendingKind; NULL-terminated */
+
+/* How springs give way in compression. */
+typedef enum BuckleKind {
+    BUCKLE_ELASTICA, /* like the exact pinned strip */
+    BUCKLE_ARC,      /* like a circular arc (Choi, Ko 2002) */
+    BUCKLE_QUARTIC,  /* their published fit of the arc */
+    BUCKLE_NONE      /* never */
+} BuckleKind;
 
 typedef struct ClothDef {
     const char *name;
@@ -74,6 +87,7 @@ typedef struct ClothDef {
                                bending at the 10 Hz of falling folds) */
     KinematicsKind kinematics; /* green */
     BendingKind bending;       /* auto */
+    BuckleKind buckling;       /* of model springs; elastica */
 } ClothDef;
 
 typedef enum HandleKind {

@@ -12,7 +12,8 @@
 
 static const char *const rest_words[] = {"flat", "curved", NULL};
 static const char *const kinematics_words[] = {"green", "corotational", NULL};
-static const char *const bending_words[] = {"auto", "stencil", "rbf", NULL};
+const char *const bending_words[] = {"auto", "stencil", "rbf", "choi_ko", "chord", "provot", NULL};
+static const char *const buckle_words[] = {"elastica", "arc", "quartic", "none", NULL};
 
 typedef struct PolygonKeys {
     const Yaml *outline, *holes;
@@ -212,7 +213,10 @@ static const Field cloth_fields[] = {
     {"bending_damping", FIELD_NUMBER, AT(bending_damping), .unit = "s", .min = 0.0, .max = 1.0,
      .help = "damping inside the fabric: moment per rate of curvature / bending stiffness"},
     {"kinematics", FIELD_WORD, AT(kinematics), .words = kinematics_words, .help = "strain"},
-    {"bending", FIELD_WORD, AT(bending), .words = bending_words, .help = "curvature"},
+    {"bending", FIELD_WORD, AT(bending), .words = bending_words,
+     .help = "curvature; each model knows some of these"},
+    {"buckling", FIELD_WORD, AT(buckling), .words = buckle_words,
+     .help = "how springs give way in compression"},
     {"look", FIELD_NAME, AT(look), .min = 2, .help = "in the picture; default: that of the film"},
     {0}};
 

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "sim/step/explicit.h"
 #include "tests/support/check.h"
 #include "tests/support/cloths.h"
 
@@ -47,21 +48,43 @@ static void start_bench(Bench *b) {
     b->handles[0] = b->handles[1] = handle_default();
 }
 
-StripResult strip_solve(const StripCase *strip) {
-    Bench b;
-    start_bench(&b);
+static void strip_build(const StripCase *strip, Bench *b) {
+    start_bench(b);
     double rho_g = 1.0, d = rho_g / strip->gamma, h = 1.0 / (strip->nodes - 1);
     int across = strip->across ? strip->across : strip->layout == STRIP_LATTICE ? 5 : 9;
     Fabric fabric = cloths_fabric(rho_g / 9.81, strip->stiffness * d, 0.0, d, 0.0);
-    b.cloth = cloths_rectangle(1.0, h * (across - 1), strip->nodes, across, fabric);
-    b.cloth.bending = strip->bending;
-    b.cloth.scattered = strip->layout != STRIP_LATTICE;
-    b.cloth.spacing = b.cloth.scattered ? h : 0.0;
-    b.cloth.jitter = strip->layout == STRIP_JITTER ? 0.25 : 0.0;
-    b.handles[0].kind = HANDLE_CLAMP;
-    b.handles[0].region = REGION_LEFT;
-    b.cloth.grid_turn = strip->layout == STRIP_TURNED ? PI / 8.0 : NAN;
-    bench_build_seeded(&b, 1, strip->seed ? strip->seed : 3);
+    b->cloth = cloths_rectangle(1.0, h * (across - 1), strip->nodes, across, fabric);
+    b->cloth.bending = strip->bending;
+    b->cloth.model = strip->model ? strip->model : b->cloth.model;
+    b->cloth.buckling = strip->buckling;
+    b->cloth.scattered = strip->layout != STRIP_LATTICE;
+    b->cloth.spacing = b->cloth.scattered ? h : 0.0;
+    b->cloth.jitter = strip->layout == STRIP_JITTER ? 0.25 : 0.0;
+    b->handles[0].kind = HANDLE_CLAMP;
+    b->handles[0].region = REGION_LEFT;
+    b->cloth.grid_turn = strip->layout == STRIP_TURNED ? PI / 8.0 : NAN;
+    bench_build_seeded(b, 1, strip->seed ? strip->seed : 3);
+}
+
+static void strip_measure(Bench *b, const State *state, double gamma, StripResult *result) {
+    const Panel *p = &b->system.cloths[0].panel;
+    HandleDef tip = {.region = REGION_NEAREST, .point = {1.0, 0.5 * b->cloth.shape.height}};
+    unsigned char *marks = arena_push(&b->arena, unsigned char, p->node_count);
+    panel_select(p, &tip, marks);
+    double exact[2];
+    strip_exact(gamma, exact);
+    for (int i = 0; i < p->node_count; i++) {
+        if (marks[i]) {
+            result->tip_x = state->x[3 * i] + 0.5;
+            result->tip_drop = -state->x[3 * i + 2];
+        }
+    }
+    result->error = hypot(result->tip_x - exact[0], result->tip_drop - exact[1]);
+}
+
+StripResult strip_solve(const StripCase *strip) {
+    Bench b;
+    strip_build(strip, &b);
     State state = state_allocate(&b.system, &b.arena);
     state_start(&b.system, &state);
     unsigned char *held = arena_push(&b.arena, unsigned char, b.system.place_count);
@@ -74,21 +97,28 @@ StripResult strip_solve(const StripCase *strip) {
     ImplicitTerms terms = {0};
     implicit_begin(implicit, held, &state);
     NewtonReport report = implicit_solve(implicit, &terms, &params, NULL, state.x);
-    const Panel *p = &b.system.cloths[0].panel;
-    HandleDef tip = {.region = REGION_NEAREST, .point = {1.0, 0.5 * h * (across - 1)}};
-    unsigned char *marks = arena_push(&b.arena, unsigned char, p->node_count);
-    panel_select(p, &tip, marks);
     StripResult result = {.iterations = report.iterations, .status = report.status};
-    double exact[2];
-    strip_exact(strip->gamma, exact);
-    for (int i = 0; i < p->node_count; i++) {
-        if (marks[i]) {
-            result.tip_x = state.x[3 * i] + 0.5;
-            result.tip_drop = -state.x[3 * i + 2];
-        }
-    }
-    result.error = hypot(result.tip_x - exact[0], result.tip_drop - exact[1]);
+    strip_measure(&b, &state, strip->gamma, &result);
     implicit_destroy(implicit);
+    arena_free(&b.arena);
+    return result;
+}
+
+StripResult strip_relax(const StripCase *strip, int steps) {
+    Bench b;
+    strip_build(strip, &b);
+    State state = state_allocate(&b.system, &b.arena);
+    state_start(&b.system, &state);
+    Explicit *engine = explicit_create(&b.system);
+    ExplicitRun run = {.steps = steps,
+                       .dt = 0.8 * explicit_limit(engine),
+                       .kinetic_damping = true,
+                       .kinetic_target = 1e-13 * b.system.weight};
+    ExplicitResult relaxed = explicit_interval(engine, &run, &state);
+    bool rests = relaxed.finite && relaxed.steps < steps;
+    StripResult result = {.iterations = relaxed.steps,
+                          .status = rests ? NEWTON_CONVERGED : NEWTON_STOPPED};
+    strip_measure(&b, &state, strip->gamma, &result);
     arena_free(&b.arena);
     return result;
 }

@@ -19,6 +19,8 @@ typedef struct StripCase {
     uint64_t seed; /* of scattered nodes; 0: 3 */
     BendingKind bending;
     bool plain_newton;
+    const char *model;   /* NULL: mlpg */
+    BuckleKind buckling; /* of springs */
 } StripCase;
 
 typedef struct StripResult {
@@ -29,6 +31,9 @@ typedef struct StripResult {
 } StripResult;
 
 StripResult strip_solve(const StripCase *strip);
+
+/* The same by kinetic damping, for forces with kinks; at most `steps` explicit steps. */
+StripResult strip_relax(const StripCase *strip, int steps);
 
 /* Exact tip of the heavy elastica (reach, drop) for gamma 1, 10, 100, 1000. */
 void strip_exact(double gamma, double tip[2]);

@@ -1,0 +1,213 @@
+/* Springs against closed forms: buckling laws, homogenised constants, the heavy elastica. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "sim/model/model.h"
+#include "sim/model/spring_law.h"
+#include "tests/support/check.h"
+#include "tests/support/cloths.h"
+#include "tests/support/strips.h"
+
+static const BuckleLaw *const laws[] = {&buckle_elastica, &buckle_arc, &buckle_quartic,
+                                        &buckle_chord, NULL};
+
+/* each law: energy, force and slope belong together, also where series take over */
+static void test_laws(void **unused) {
+    (void)unused;
+    const double places[] = {1e-8, 1e-6, 5e-5, 1e-3, 0.02, 0.1, 0.3, 0.6, 0.95};
+    for (const BuckleLaw *const *law = laws; *law; law++) {
+        print_message("  %s\n", (*law)->name);
+        for (int k = 0; k < 9; k++) {
+            double d = places[k], step = 1e-5 * fmax(d, 1e-3);
+            step = fmin(step, 0.5 * d);
+            double force = ((*law)->energy(d + step) - (*law)->energy(d - step)) / (2 * step);
+            double slope = ((*law)->force(d + step) - (*law)->force(d - step)) / (2 * step);
+            /* digits that the quotient itself loses */
+            double loss = 1e-15 * fabs((*law)->energy(d)) / step;
+            double loss_slope = 4e-14 * fabs((*law)->force(d)) / step;
+            CHECK_NEAR((*law)->force(d), force, 1e-7 * fabs(force) + 20 * loss + 1e-14 / step);
+            CHECK_NEAR((*law)->slope(d), slope, 1e-5 * fabs(slope) + loss_slope);
+        }
+    }
+}
+
+/* reference/euler_postbuckling.csv: end shortening d, P / Pcr; the fit is good to 0.1 % */
+static void test_elastica_law(void **unused) {
+    (void)unused;
+    static const double exact[][2] = {
+        {0.0001, 1.0000500028127},
+        {0.0005, 1.000250070333},
+        {0.001, 1.0005002814142},
+        {0.002, 1.0010011263141},
+        {0.005, 1.0025070518186},
+        {0.01, 1.0050282900388},
+        {0.02, 1.0101138282141},
+        {0.03, 1.0152576347217},
+        {0.05, 1.0257242579259},
+        {0.075, 1.0391544589694},
+        {0.1, 1.0529868803193},
+        {0.15, 1.0819357740218},
+        {0.2, 1.112738719881},
+        {0.25, 1.1455868399045},
+        {0.3, 1.1806988149061},
+        {0.35, 1.2183260480864},
+        {0.4, 1.2587590298568},
+        {0.45, 1.3023352402921},
+        {0.5, 1.3494490364366},
+        {0.6, 1.4562294325399},
+        {0.7, 1.5839608942823},
+        {0.8, 1.739683654388},
+        {0.9, 1.9339689846845},
+        {1.0, 2.1833790461895}};
+    for (size_t k = 0; k < sizeof exact / sizeof *exact; k++) {
+        double force = exact[k][1] * 9.869604401089358;
+        CHECK_AT_MOST(fabs(buckle_elastica.force(exact[k][0]) / force - 1.0), 1e-3);
+    }
+    /* an arc that closes to a circle: 4 pi^2; their fit is 1.6 % from its own arc */
+    CHECK_NEAR(buckle_arc.force(1.0 - 1e-9), 4.0 * 9.869604401089358, 1e-4);
+    double worst = 0.0;
+    for (double d = 0.0; d < 0.95; d += 0.01) {
+        worst = fmax(worst, fabs(buckle_quartic.force(d) / buckle_arc.force(d) - 1.0));
+    }
+    CHECK_AT_MOST(worst, 0.017);
+}
+
+/* tension and energy of a spring belong together; the strip takes over without a jump */
+static void test_spring(void **unused) {
+    (void)unused;
+    for (const BuckleLaw *const *law = laws; *law; law++) {
+        for (int pushes = 0; pushes < 2; pushes++) {
+            SpringKind kind = spring_kind(0.02, 40.0, *law, 1e-7);
+            kind.pushes = pushes;
+            double onset = kind.rest * (1.0 - kind.onset), below, above;
+            below = spring_tension(&kind, onset - 1e-12, NULL);
+            above = spring_tension(&kind, onset + 1e-12, NULL);
+            CHECK_AT_MOST(fabs(below / above - 1.0), 1e-6);
+            for (double r = 0.1; r < 1.3; r += 0.1) {
+                double length = r * kind.rest, step = 1e-8, slope;
+                double force = (spring_energy(&kind, length + step) -
+                                spring_energy(&kind, length - step)) /
+                               (2 * step);
+                double tension = spring_tension(&kind, length, &slope);
+                double change = spring_tension(&kind, length + step, NULL) -
+                                spring_tension(&kind, length - step, NULL);
+                /* at r = 1 a pushing spring has a kink */
+                if (fabs(r - 1.0) > 1e-6) {
+                    CHECK_NEAR(tension, force, 1e-6 * fabs(force) + 1e-9);
+                    CHECK_NEAR(slope, change / (2 * step), 1e-5 * fabs(slope) + 1e-7);
+                }
+            }
+        }
+    }
+}
+
+/* Young's moduli and shear of the fabric come back from the constants of the lattice */
+static void test_moduli(void **unused) {
+    (void)unused;
+    for (int k = 0; k < 2; k++) {
+        Arena arena = {0};
+        Error error = {0};
+        Cloth cloth;
+        ClothDef def = cloths_rectangle(0.1, k ? 0.13 : 0.1, 11, 11, cloths_orthotropic());
+        def.model = "springs";
+        assert_true(cloth_create(&cloth, &def, NULL, 0, 1, &arena, &error));
+        const Material *m = &cloth.material;
+        CHECK_NEAR(m->c11 - m->c12 * m->c12 / m->c22, def.fabric.stretch_warp.value, 1e-9);
+        CHECK_NEAR(m->c22 - m->c12 * m->c12 / m->c11, def.fabric.stretch_weft.value, 1e-9);
+        CHECK_NEAR(m->c66, def.fabric.shear.value, 1e-12);
+        assert_non_null(strstr(cloth.note, "Poisson"));
+        assert_non_null(strstr(cloth.note, "D12"));
+        arena_free(&arena);
+    }
+    Arena arena = {0};
+    Error error = {0};
+    Cloth cloth;
+    ClothDef def = cloths_rectangle(0.1, 0.1, 11, 11, cloths_orthotropic());
+    def.model = "springs";
+    def.fabric.shear.value = 2000.0;
+    assert_false(cloth_create(&cloth, &def, NULL, 0, 1, &arena, &error));
+    assert_int_equal(error.code, EXIT_BAD_INPUT);
+    assert_non_null(strstr(error.text, "shear stiffness"));
+    arena_free(&arena);
+}
+
+/* tip errors of the heavy elastica, the segments doubled twice */
+static void tip_errors(BendingKind bending, double gamma, int segments, double errors[3]) {
+    bool smooth = bending == BENDING_STENCIL;
+    for (int k = 0; k < 3; k++) {
+        StripCase c = {.gamma = gamma,
+                       .stiffness = smooth ? 1e8 : 1e6,
+                       .nodes = 1 + (segments << k),
+                       .across = 3,
+                       .bending = bending,
+                       .buckling = BUCKLE_ARC,
+                       .model = "springs"};
+        StripResult r = smooth ? strip_solve(&c) : strip_relax(&c, 3000000);
+        errors[k] = r.error;
+        print_message("  %s gamma %g, %d segments: %.3g %% (%d, status %d)\n",
+                      bending_words[bending], gamma, segments << k, 100 * r.error, r.iterations,
+                      (int)r.status);
+    }
+}
+
+/* forms of bending and nodes that springs cannot have are refused by name */
+static void test_refusals(void **unused) {
+    (void)unused;
+    const char *messages[3] = {"knows no 'bending: rbf' on lattices; it knows stencil, choi_ko",
+                               "does not work on scattered nodes", "know flat cloth only"};
+    for (int k = 0; k < 3; k++) {
+        Arena arena = {0};
+        Error error = {0};
+        Cloth cloth;
+        ClothDef def = cloths_rectangle(0.1, 0.1, 11, 11, cloths_orthotropic());
+        def.model = "springs";
+        def.bending = k == 0 ? BENDING_RBF : k == 2 ? BENDING_CHORD : BENDING_AUTO;
+        def.scattered = k == 1;
+        def.spacing = k == 1 ? 0.01 : 0.0;
+        def.shape.rest_curvature[0] = k == 2 ? 5.0 : 0.0;
+        assert_false(cloth_create(&cloth, &def, NULL, 0, 1, &arena, &error));
+        assert_int_equal(error.code, EXIT_BAD_INPUT);
+        assert_non_null(strstr(error.text, messages[k]));
+        arena_free(&arena);
+    }
+}
+
+/* the curvature stencil: as accurate as that of mlpg, which is the same */
+static void test_cantilever(void **unused) {
+    (void)unused;
+    const double gammas[4] = {1, 10, 100, 1000}, bars[4] = {5e-4, 3e-3, 7e-3, 2e-2};
+    for (int g = 0; g < 4; g++) {
+        double errors[3];
+        tip_errors(BENDING_STENCIL, gammas[g], 20, errors);
+        CHECK_AT_MOST(errors[0], bars[g]);
+        if (gammas[g] < 1000) {
+            CHECK_AT_MOST(1.9, log2(errors[1] / errors[2]));
+        }
+    }
+}
+
+/* Springs between second neighbours see a turn psi by a chord that is shorter by psi^2/8: they are
+ * right where turns are large, and blind below the turn from which they push with full force.
+ * Provot's, calibrated at one turn, get worse with every refinement. */
+static void test_second_neighbours(void **unused) {
+    (void)unused;
+    double errors[3];
+    for (int form = 0; form < 2; form++) {
+        tip_errors(form ? BENDING_CHORD : BENDING_CHOI_KO, 1000, 10, errors);
+        CHECK_AT_MOST(errors[1], 1.2e-2);
+        CHECK_AT_MOST(1.3, 0.5 * log2(errors[0] / errors[2]));
+    }
+    tip_errors(BENDING_PROVOT, 10, 10, errors);
+    CHECK_AT_MOST(0.05, errors[0]);
+    CHECK_AT_MOST(errors[0], errors[1]);
+    CHECK_AT_MOST(errors[1], errors[2]);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_laws),   cmocka_unit_test(test_elastica_law),
+        cmocka_unit_test(test_spring), cmocka_unit_test(test_moduli), cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_cantilever), cmocka_unit_test(test_second_neighbours),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
