@@ -35,30 +35,14 @@ static void test_laws(void **unused) {
 static void test_elastica_law(void **unused) {
     (void)unused;
     static const double exact[][2] = {
-        {0.0001, 1.0000500028127},
-        {0.0005, 1.000250070333},
-        {0.001, 1.0005002814142},
-        {0.002, 1.0010011263141},
-        {0.005, 1.0025070518186},
-        {0.01, 1.0050282900388},
-        {0.02, 1.0101138282141},
-        {0.03, 1.0152576347217},
-        {0.05, 1.0257242579259},
-        {0.075, 1.0391544589694},
-        {0.1, 1.0529868803193},
-        {0.15, 1.0819357740218},
-        {0.2, 1.112738719881},
-        {0.25, 1.1455868399045},
-        {0.3, 1.1806988149061},
-        {0.35, 1.2183260480864},
-        {0.4, 1.2587590298568},
-        {0.45, 1.3023352402921},
-        {0.5, 1.3494490364366},
-        {0.6, 1.4562294325399},
-        {0.7, 1.5839608942823},
-        {0.8, 1.739683654388},
-        {0.9, 1.9339689846845},
-        {1.0, 2.1833790461895}};
+        {0.0001, 1.0000500028127}, {0.0005, 1.000250070333}, {0.001, 1.0005002814142},
+        {0.002, 1.0010011263141},  {0.005, 1.0025070518186}, {0.01, 1.0050282900388},
+        {0.02, 1.0101138282141},   {0.03, 1.0152576347217},  {0.05, 1.0257242579259},
+        {0.075, 1.0391544589694},  {0.1, 1.0529868803193},   {0.15, 1.0819357740218},
+        {0.2, 1.112738719881},     {0.25, 1.1455868399045},  {0.3, 1.1806988149061},
+        {0.35, 1.2183260480864},   {0.4, 1.2587590298568},   {0.45, 1.3023352402921},
+        {0.5, 1.3494490364366},    {0.6, 1.4562294325399},   {0.7, 1.5839608942823},
+        {0.8, 1.739683654388},     {0.9, 1.9339689846845},   {1.0, 2.1833790461895}};
     for (size_t k = 0; k < sizeof exact / sizeof *exact; k++) {
         double force = exact[k][1] * 9.869604401089358;
         CHECK_AT_MOST(fabs(buckle_elastica.force(exact[k][0]) / force - 1.0), 1e-3);
@@ -85,9 +69,9 @@ static void test_spring(void **unused) {
             CHECK_AT_MOST(fabs(below / above - 1.0), 1e-6);
             for (double r = 0.1; r < 1.3; r += 0.1) {
                 double length = r * kind.rest, step = 1e-8, slope;
-                double force = (spring_energy(&kind, length + step) -
-                                spring_energy(&kind, length - step)) /
-                               (2 * step);
+                double force =
+                    (spring_energy(&kind, length + step) - spring_energy(&kind, length - step)) /
+                    (2 * step);
                 double tension = spring_tension(&kind, length, &slope);
                 double change = spring_tension(&kind, length + step, NULL) -
                                 spring_tension(&kind, length - step, NULL);
@@ -205,9 +189,13 @@ static void test_second_neighbours(void **unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_laws),   cmocka_unit_test(test_elastica_law),
-        cmocka_unit_test(test_spring), cmocka_unit_test(test_moduli), cmocka_unit_test(test_refusals),
-        cmocka_unit_test(test_cantilever), cmocka_unit_test(test_second_neighbours),
+        cmocka_unit_test(test_laws),
+        cmocka_unit_test(test_elastica_law),
+        cmocka_unit_test(test_spring),
+        cmocka_unit_test(test_moduli),
+        cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_cantilever),
+        cmocka_unit_test(test_second_neighbours),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

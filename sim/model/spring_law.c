@@ -16,8 +16,7 @@ static double polynomial(const double *c, int count, double x) {
 #define PI2 9.8696044010893586
 
 static double elastica_energy(double d) {
-    static const double c[7] = {0,           1,           0.5 / 2,     0.24554 / 3,
-                                0.40613 / 4, -0.4311 / 5, 0.4613 / 6};
+    static const double c[7] = {0, 1, 0.5 / 2, 0.24554 / 3, 0.40613 / 4, -0.4311 / 5, 0.4613 / 6};
     return PI2 * polynomial(c, 7, d);
 }
 
@@ -52,7 +51,8 @@ static double arc_energy(double d) {
 
 static double arc_force(double d) {
     double a = arc_angle(d);
-    return a < SMALL_ANGLE ? 12.0 + a * a * (1.2 + 0.077143 * a * a) : 4.0 * a * a / (sin(a) / a - cos(a));
+    return a < SMALL_ANGLE ? 12.0 + a * a * (1.2 + 0.077143 * a * a)
+                           : 4.0 * a * a / (sin(a) / a - cos(a));
 }
 
 static double arc_slope(double d) {
@@ -131,11 +131,8 @@ static double find_onset(const SpringKind *kind) {
 }
 
 SpringKind spring_kind(double rest, double stiffness, const BuckleLaw *law, double rigidity) {
-    SpringKind kind = {.rest = rest,
-                       .stiffness = stiffness,
-                       .law = law,
-                       .rigidity = rigidity,
-                       .onset = INFINITY};
+    SpringKind kind = {
+        .rest = rest, .stiffness = stiffness, .law = law, .rigidity = rigidity, .onset = INFINITY};
     if (law) {
         kind.onset = find_onset(&kind);
     }
@@ -150,8 +147,8 @@ double spring_energy(const SpringKind *kind, double length) {
     double line = fmin(d, kind->onset) * kind->rest;
     double energy = 0.5 * kind->stiffness * line * line;
     if (d > kind->onset) {
-        energy += kind->rigidity / kind->rest *
-                  (kind->law->energy(d) - kind->law->energy(kind->onset));
+        energy +=
+            kind->rigidity / kind->rest * (kind->law->energy(d) - kind->law->energy(kind->onset));
     }
     return energy;
 }

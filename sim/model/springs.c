@@ -101,8 +101,8 @@ static void create_kinds(Cloth *cloth, const Constants *c, Springs *s) {
                                   law_of(def->buckling), rigidity[axis] * width);
     }
     double diagonal = hypot(p->h1, p->h2);
-    s->kinds[DIAGONAL] = spring_kind(
-        diagonal, c->diagonal * diagonal * diagonal / (2.0 * p->h1 * p->h2), NULL, 0.0);
+    s->kinds[DIAGONAL] =
+        spring_kind(diagonal, c->diagonal * diagonal * diagonal / (2.0 * p->h1 * p->h2), NULL, 0.0);
     for (int k = 0; k < 8 && s->second; k++) {
         int axis = k / 4;
         double width = h[1 - axis] * (k % 2 ? 0.5 : 1.0);
@@ -182,8 +182,9 @@ static void create_springs(const Cloth *cloth, Springs *s, Arena *arena) {
 static const char *note(const Cloth *cloth, const Constants *c, const Springs *s, Arena *arena) {
     const Material *m = &cloth->material;
     char text[320];
-    int at = snprintf(text, sizeof text, "springs fix the Poisson ratio: nu12 %.2g, the fabric %.2g",
-                      c->c12 / c->c22, m->c12 / m->c22);
+    int at =
+        snprintf(text, sizeof text, "springs fix the Poisson ratio: nu12 %.2g, the fabric %.2g",
+                 c->c12 / c->c22, m->c12 / m->c22);
     if (m->d12 != 0.0) {
         at += snprintf(text + at, sizeof text - (size_t)at, "; bending D12 %.2g N m is left out",
                        m->d12);
@@ -231,8 +232,8 @@ static bool create(Cloth *cloth, Arena *arena, Error *error) {
     create_springs(cloth, s, arena);
     BendingSamples samples;
     mlpg_lattice_bending(cloth, &samples, arena);
-    s->bending = bending_create(&samples, cloth->node_count + cloth->ghost_count,
-                                cloth->node_count, p->rest_curvature, arena);
+    s->bending = bending_create(&samples, cloth->node_count + cloth->ghost_count, cloth->node_count,
+                                p->rest_curvature, arena);
     cloth->strain_count = s->spring_count;
     for (int i = 0; i < cloth->node_count; i++) {
         cloth->mass[i] = cloth->material.density * p->area[i];
@@ -307,7 +308,8 @@ static int couple(const Cloth *cloth, int *pairs) {
         }
         count++;
     }
-    return count + (s->curvature ? bending_couple(&s->bending, pairs ? pairs + 2 * count : NULL) : 0);
+    return count +
+           (s->curvature ? bending_couple(&s->bending, pairs ? pairs + 2 * count : NULL) : 0);
 }
 
 static void bind_hessian(Cloth *cloth, const BlockMatrix *matrix, int first, Arena *arena) {
@@ -384,8 +386,8 @@ static double stable_step(const Cloth *cloth) {
 const ClothModel cloth_model_springs = {
     .name = "springs",
     .about = "springs along threads and diagonals, buckling ones (Provot 1995; Choi, Ko 2002)",
-    .lattice_bendings = 1u << BENDING_STENCIL | 1u << BENDING_CHOI_KO | 1u << BENDING_CHORD |
-                        1u << BENDING_PROVOT,
+    .lattice_bendings =
+        1u << BENDING_STENCIL | 1u << BENDING_CHOI_KO | 1u << BENDING_CHORD | 1u << BENDING_PROVOT,
     .create = create,
     .energy = energy,
     .add_gradient = add_gradient,
