@@ -39,6 +39,11 @@ void buffers_create_cloth(Painter *painter, const Surface *surface) {
     cloth->uv = create_buffer(GL_ARRAY_BUFFER, count * 2 * (GLsizeiptr)sizeof(float), surface->uv,
                               GL_STATIC_DRAW);
     set_attribute(3, 2, 2 * sizeof(float), 0);
+    if (surface->values) {
+        cloth->values =
+            create_buffer(GL_ARRAY_BUFFER, count * (GLsizeiptr)sizeof(float), NULL, GL_STREAM_DRAW);
+        set_attribute(4, 1, sizeof(float), 0);
+    }
     gl.BindVertexArray(0);
     cloth->fine = create_buffer(GL_ARRAY_BUFFER, triangle_bytes(surface->fine_count), surface->fine,
                                 GL_STATIC_DRAW);
@@ -47,9 +52,15 @@ void buffers_create_cloth(Painter *painter, const Surface *surface) {
     cloth->blocks = arena_push(&painter->arena, GLuint, surface->part_count);
     for (int i = 0; i < surface->part_count; i++) {
         const SurfacePart *part = &surface->parts[i];
-        ClothBlock block = look_cloth_block(painter->looks[i], part->size[0], part->size[1],
-                                            part->around, part->rectangle);
-        cloth->blocks[i] = buffers_create_block(sizeof block, &block);
+        const Look *look = painter->looks[i];
+        if (look->quantity != QUANTITY_NONE) {
+            MeasuredBlock block = look_measured_block(look, painter->ranges[look->quantity]);
+            cloth->blocks[i] = buffers_create_block(sizeof block, &block);
+        } else {
+            ClothBlock block =
+                look_cloth_block(look, part->size[0], part->size[1], part->around, part->rectangle);
+            cloth->blocks[i] = buffers_create_block(sizeof block, &block);
+        }
     }
     cloth->uploaded = true;
 }
@@ -58,6 +69,11 @@ void buffers_upload_cloth(Painter *painter, const Surface *surface) {
     GLsizeiptr bytes = surface->vertex_count * (GLsizeiptr)sizeof(SurfaceVertex);
     gl.BindBuffer(GL_ARRAY_BUFFER, painter->cloth.vertices);
     gl.BufferData(GL_ARRAY_BUFFER, bytes, surface->vertices, GL_STREAM_DRAW);
+    if (painter->cloth.values) {
+        gl.BindBuffer(GL_ARRAY_BUFFER, painter->cloth.values);
+        gl.BufferData(GL_ARRAY_BUFFER, surface->vertex_count * (GLsizeiptr)sizeof(float),
+                      surface->values, GL_STREAM_DRAW);
+    }
 }
 
 void buffers_destroy_cloth(Painter *painter) {
@@ -65,8 +81,8 @@ void buffers_destroy_cloth(Painter *painter) {
     if (!cloth->uploaded) {
         return;
     }
-    GLuint buffers[] = {cloth->vertices, cloth->uv, cloth->fine, cloth->coarse};
-    gl.DeleteBuffers(4, buffers);
+    GLuint buffers[] = {cloth->vertices, cloth->uv, cloth->values, cloth->fine, cloth->coarse};
+    gl.DeleteBuffers(5, buffers);
     gl.DeleteBuffers(painter->def.cloth_count, cloth->blocks);
     gl.DeleteVertexArrays(1, &cloth->array);
     *cloth = (SurfaceBuffers){0};

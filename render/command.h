@@ -19,6 +19,7 @@ typedef struct Options {
     int width, height;                /* [px] --size WxH; 0 = the film's */
     const Quality *quality;           /* --quality; standard */
     const char *look;                 /* --look NAME, instead of the cloths' own; NULL */
+    QuantityRange range;              /* --range LOW,HIGH; low = high: automatic */
     int threads;                      /* --threads; all processors */
     int count;                        /* --count, pictures on a contact sheet; 12 */
     bool force, json, quiet;          /* --force --json --quiet */

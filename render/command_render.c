@@ -42,20 +42,22 @@ Drawer *command_open(const Options *options, Run *run, RunEnd *end, Error *error
                   *end == RUN_DAMAGED ? state_damage(run->reader) : "");
         return NULL;
     }
-    bool waits = draw_needs_end(run, error);
+    DrawDef def = {.width = options->width,
+                   .height = options->height,
+                   .quality = options->quality,
+                   .look = options->look,
+                   .range = options->range,
+                   .threads = options->threads > 1 ? options->threads : 0};
+    bool waits = draw_needs_end(run, &def, error);
     if (options->run.follow && waits) {
-        say(options, "the camera or the floor depends on the whole motion: waiting for its end");
+        say(options, "the camera, the floor or a range depends on the whole motion: waiting for "
+                     "its end");
     }
     *end = !options->run.follow || waits ? run_wait_end(run) : RUN_FRAME;
     if (*end == RUN_INTERRUPTED) {
         error_set(error, EXIT_INTERRUPTED, "interrupted");
         return NULL;
     }
-    DrawDef def = {.width = options->width,
-                   .height = options->height,
-                   .quality = options->quality,
-                   .look = options->look,
-                   .threads = options->threads > 1 ? options->threads : 0};
     return draw_create(run, &def, error);
 }
 

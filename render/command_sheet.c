@@ -107,28 +107,56 @@ ExitCode command_sheet(const Options *options, Error *error) {
     return good ? EXIT_OK : error->code;
 }
 
+static bool is_fabric(int look) { return looks[look].quantity == QUANTITY_NONE; }
+
+static void print_looks_json(void) {
+    printf("{\"schema\": \"toile-looks-1\", \"cloths\": [");
+    const char *comma = "";
+    for (int i = 0; i < look_count; i++) {
+        if (is_fabric(i)) {
+            printf("%s{\"name\": \"%s\", \"about\": \"%s\", \"ends_per_cm\": %g, "
+                   "\"picks_per_cm\": %g}",
+                   comma, looks[i].name, looks[i].about, (double)looks[i].ends / 100.0,
+                   (double)looks[i].picks / 100.0);
+            comma = ", ";
+        }
+    }
+    printf("], \"measuring\": [");
+    comma = "";
+    for (int i = 0; i < look_count; i++) {
+        if (!is_fabric(i)) {
+            printf("%s{\"name\": \"%s\", \"about\": \"%s\", \"unit\": \"%s\"}", comma,
+                   looks[i].name, looks[i].about, quantities[looks[i].quantity].unit);
+            comma = ", ";
+        }
+    }
+    printf("], \"obstacles\": [");
+    for (int i = 0; i < prop_look_count; i++) {
+        printf("%s{\"name\": \"%s\", \"about\": \"%s\"}", i ? ", " : "", prop_looks[i].name,
+               prop_looks[i].about);
+    }
+    printf("]}\n");
+}
+
 ExitCode command_looks(const Options *options, Error *error) {
     (void)error;
     if (options->json) {
-        printf("{\"schema\": \"toile-looks-1\", \"cloths\": [");
-        for (int i = 0; i < look_count; i++) {
-            printf("%s{\"name\": \"%s\", \"about\": \"%s\", \"ends_per_cm\": %g, "
-                   "\"picks_per_cm\": %g}",
-                   i ? ", " : "", looks[i].name, looks[i].about, (double)looks[i].ends / 100.0,
-                   (double)looks[i].picks / 100.0);
-        }
-        printf("], \"obstacles\": [");
-        for (int i = 0; i < prop_look_count; i++) {
-            printf("%s{\"name\": \"%s\", \"about\": \"%s\"}", i ? ", " : "", prop_looks[i].name,
-                   prop_looks[i].about);
-        }
-        printf("]}\n");
+        print_looks_json();
         return EXIT_OK;
     }
     printf("cloths (threads a cm, warp x weft):\n");
     for (int i = 0; i < look_count; i++) {
-        printf("  %-12s %3.0f x %-3.0f %s\n", looks[i].name, (double)looks[i].ends / 100.0,
-               (double)looks[i].picks / 100.0, looks[i].about);
+        if (is_fabric(i)) {
+            printf("  %-12s %3.0f x %-3.0f %s\n", looks[i].name, (double)looks[i].ends / 100.0,
+                   (double)looks[i].picks / 100.0, looks[i].about);
+        }
+    }
+    printf("cloths, measuring (--range LOW,HIGH; by itself from the whole run):\n");
+    for (int i = 0; i < look_count; i++) {
+        if (!is_fabric(i)) {
+            printf("  %-12s %-9s %s\n", looks[i].name, quantities[looks[i].quantity].unit,
+                   looks[i].about);
+        }
     }
     printf("obstacles:\n");
     for (int i = 0; i < prop_look_count; i++) {

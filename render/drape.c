@@ -193,7 +193,8 @@ DrapeView *drape_view_open(Run *run, const DrapeDef *def, int index, Arena *aren
     if (!start(run, def, index, arena, &view->part, drape, error)) {
         return NULL;
     }
-    ResampleDef density = {CELL_PIXELS * PIXELS / (CELL * drape->specimen), MOST_TRIANGLES};
+    ResampleDef density = {.pixels_per_metre = CELL_PIXELS * PIXELS / (CELL * drape->specimen),
+                           .triangle_cap = MOST_TRIANGLES};
     view->resampler = resample_create(&view->part.layout, &density);
     view->surface = resample_frame(view->resampler, &view->part.layout, view->part.frame.x);
     return view;

@@ -11,18 +11,20 @@ typedef struct DrawDef {
     const char *look; /* of all cloths instead of their own; NULL = their own */
     const Film *film; /* instead of the run's, but for its length and rate; NULL */
     int threads;      /* raster threads of the driver besides this one; 0 */
+    QuantityRange
+        range; /* of measuring looks, in the units of their legend; low = high: automatic */
 } DrawDef;
 
 typedef struct Drawer Drawer;
 
-/* Prepares to draw a run whose first frame is there. An automatic camera or floor looks at all
+/* Prepares to draw a run whose first frame is there. An automatic camera, floor or range looks at all
  * frames that the run has now, so the caller waits for its end first (draw_needs_end).
- * Errors: EXIT_BAD_INPUT (unknown looks). */
+ * Errors: EXIT_BAD_INPUT (unknown looks); EXIT_USAGE (a range for two quantities). */
 Drawer *draw_create(Run *run, const DrawDef *def, Error *error);
 void draw_destroy(Drawer *drawer);
 
-/* True if the pictures depend on frames that are still to come. */
-bool draw_needs_end(Run *run, Error *error);
+/* True if the pictures depend on frames that are still to come. Needs the first frame. */
+bool draw_needs_end(Run *run, const DrawDef *def, Error *error);
 
 int draw_width(const Drawer *drawer);
 int draw_height(const Drawer *drawer);

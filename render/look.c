@@ -146,6 +146,15 @@ const Look looks[] = {
      .streaks = .12f,
      .back = 1,
      .stripes = {2, 2, 2, 2}},
+    {.name = "strain-warp", .about = "stretch along the warp", .quantity = QUANTITY_STRAIN_WARP},
+    {.name = "strain-weft", .about = "stretch along the weft", .quantity = QUANTITY_STRAIN_WEFT},
+    {.name = "shear",
+     .about = "angle between warp and weft less 90\302\260",
+     .quantity = QUANTITY_SHEAR},
+    {.name = "curvature",
+     .about = "mean curvature, positive towards the face",
+     .quantity = QUANTITY_CURVATURE},
+    {.name = "speed", .about = "speed", .quantity = QUANTITY_SPEED},
 };
 const int look_count = COUNT(looks);
 
@@ -224,6 +233,12 @@ ClothBlock look_cloth_block(const Look *look, double width, double height, bool 
     for (int i = 0; i < 4; i++) {
         block.stripes[i] = striped ? look->stripes[i] * side : (float)INFINITY;
     }
+    return block;
+}
+
+MeasuredBlock look_measured_block(const Look *look, QuantityRange range) {
+    MeasuredBlock block = {.range = {(float)range.low, (float)(1.0 / (range.high - range.low))}};
+    colormap_fill(quantities[look->quantity].map, block.colors);
     return block;
 }
 

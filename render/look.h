@@ -7,6 +7,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "render/quantity.h"
 #include "sim/base/error.h"
 
 typedef enum WeaveKind { WEAVE_PLAIN, WEAVE_TWILL, WEAVE_SATIN, WEAVE_PILE, WEAVE_DENIM } WeaveKind;
@@ -25,6 +26,7 @@ typedef struct Look {
     float back;                /* brightness of the back side; 1 = as the face */
     float stripe[3];           /* albedo of woven border stripes */
     float stripes[4];          /* begin, end, begin, end from the edge, in shorter panel sides */
+    QuantityKind quantity; /* a measuring look: colours stand for numbers, threads are not drawn */
 } Look;
 
 typedef struct PropLook {
@@ -54,6 +56,11 @@ typedef struct ClothBlock {
     float warp[4], weft[4], stripe[4], stripes[4], sheen[4], thread[4], panel[4], yarn[4];
 } ClothBlock;
 
+/* std140 twin of the block in measured.frag.glsl. */
+typedef struct MeasuredBlock {
+    float range[4], colors[COLORMAP_STEPS + 1][4];
+} MeasuredBlock;
+
 typedef struct PropBlock {
     float base[4], second[4], surface[4];
 } PropBlock;
@@ -62,6 +69,7 @@ typedef struct PropBlock {
  * edges have no stripes. striped: false hides stripes (panels that are no rectangle). */
 ClothBlock look_cloth_block(const Look *look, double width, double height, bool around,
                             bool striped);
+MeasuredBlock look_measured_block(const Look *look, QuantityRange range);
 PropBlock look_prop_block(const PropLook *look);
 
 #endif

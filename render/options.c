@@ -209,6 +209,14 @@ static bool read_photo_centre(const char *text, Options *options, Error *error) 
            error_set(error, EXIT_USAGE, "--photo-centre %s: expected X,Y in pixels", text);
 }
 
+static bool read_range(const char *text, Options *options, Error *error) {
+    double range[2];
+    bool good = read_numbers(text, range, 2) && range[0] < range[1];
+    options->range = good ? (QuantityRange){range[0], range[1]} : options->range;
+    return good || error_set(error, EXIT_USAGE,
+                             "--range %s: expected LOW,HIGH in the units of the legend", text);
+}
+
 static bool read_threshold(const char *text, Options *options, Error *error) {
     return (read_numbers(text, &options->compare.threshold, 1) && options->compare.threshold > 0) ||
            error_set(error, EXIT_USAGE, "--threshold %s: expected a positive number", text);
@@ -239,6 +247,8 @@ static const OptionRow rows[] = {
     {"quality", "NAME", DRAWING, "draft, standard, quality", READER, 0, 0, read_quality},
     {"look", "NAME", DRAWING, "of all cloths, instead of their own (see looks)", TEXT, 0,
      FIELD(look), NULL},
+    {"range", "LOW,HIGH", DRAWING, "of a measuring look, in the units of its legend; automatic",
+     READER, 0, 0, read_range},
     {"follow", NULL, NULL, "wait for frames while the run is still written", FLAG, 0,
      FIELD(run.follow), NULL},
     {"writer", "PID", NULL, "with --follow: the process that writes it", WHOLE, 1,

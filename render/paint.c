@@ -43,6 +43,9 @@ Painter *paint_create(const PaintDef *def, Error *error) {
     for (int i = 0; i < def->cloth_count; i++) {
         painter->looks[i] = def->looks[i];
     }
+    for (int i = 0; def->ranges && i < QUANTITY_COUNT; i++) {
+        painter->ranges[i] = def->ranges[i];
+    }
     for (int i = 0; i < def->prop_count; i++) {
         painter->props[i] = def->props[i];
     }

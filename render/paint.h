@@ -41,7 +41,8 @@ typedef struct PaintDef {
     Camera camera;
     bool floor;
     int cloth_count;
-    const Look *const *looks; /* (cloth_count) */
+    const Look *const *looks;    /* (cloth_count) */
+    const QuantityRange *ranges; /* (QUANTITY_COUNT) of measuring looks; NULL without them */
     int prop_count;
     const PaintProp *props; /* (prop_count) */
 } PaintDef;

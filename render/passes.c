@@ -32,7 +32,10 @@ bool passes_create_programs(Painter *painter, Error *error) {
         {&programs->backdrop, SHADER_FULLSCREEN, SHADER_BACKDROP, floor_taps},
         {&programs->soften, SHADER_FULLSCREEN, SHADER_SOFTEN, ""},
         {&programs->gbuffer, SHADER_GBUFFER_VERTEX, SHADER_GBUFFER_FRAGMENT, ""},
+        {&programs->gbuffer_measured, SHADER_GBUFFER_VERTEX, SHADER_GBUFFER_FRAGMENT,
+         "#define MEASURED\n"},
         {&programs->cloth, SHADER_FULLSCREEN, SHADER_CLOTH, taps},
+        {&programs->measured, SHADER_FULLSCREEN, SHADER_MEASURED, ""},
         {&programs->prop_words, SHADER_PROP_VERTEX, SHADER_PROP_WORDS, ""},
         {&programs->prop, SHADER_FULLSCREEN, SHADER_PROP, taps},
         {&programs->composite, SHADER_FULLSCREEN, SHADER_COMPOSITE, ""},
@@ -98,8 +101,10 @@ void passes_destroy(Painter *painter) {
                         t->occlusion_target[0], t->occlusion_target[1], t->still_target,
                         t->backdrop_target,     t->grainy_target,       t->words_target,
                         t->layer_target,        t->picture_target};
-    GLuint programs[] = {p->depth,  p->linear,  p->occlusion, p->blur, p->still,      p->backdrop,
-                         p->soften, p->gbuffer, p->cloth,     p->prop, p->prop_words, p->composite};
+    GLuint programs[] = {
+        p->depth,      p->linear,   p->occlusion,        p->blur,     p->still, p->backdrop,
+        p->soften,     p->gbuffer,  p->gbuffer_measured, p->measured, p->cloth, p->prop,
+        p->prop_words, p->composite};
     gl.DeleteTextures(sizeof textures / sizeof *textures, textures);
     gl.DeleteFramebuffers(sizeof targets / sizeof *targets, targets);
     for (size_t i = 0; i < sizeof programs / sizeof *programs; i++) {
@@ -250,12 +255,15 @@ void pass_gbuffer(Painter *painter, const FrameView *view) {
         gl.UniformMatrix4fv(programs->words_model_world, 1, GL_FALSE, matrix);
         buffers_draw_prop(painter, i);
     }
-    gl.UseProgram(programs->gbuffer);
     for (int i = 0; i < view->surface->part_count; i++) {
         const SurfacePart *part = &view->surface->parts[i];
+        bool measured = painter->looks[i]->quantity != QUANTITY_NONE;
+        gl.UseProgram(measured ? programs->gbuffer_measured : programs->gbuffer);
         gl.StencilFunc(GL_ALWAYS, stencil_of_cloth(i), STENCIL_MASK);
-        gl.Uniform2f(programs->gbuffer_panel_scale, (float)(1.0 / part->size[0]),
-                     (float)(1.0 / part->size[1]));
+        if (!measured) {
+            gl.Uniform2f(programs->gbuffer_panel_scale, (float)(1.0 / part->size[0]),
+                         (float)(1.0 / part->size[1]));
+        }
         buffers_draw_cloth(painter, part->fine_begin, part->fine_count, true);
     }
     gl.Disable(GL_STENCIL_TEST);
@@ -271,14 +279,13 @@ static void shade_samples(const Painter *painter, int stencil, const StageBox *b
     gl_draw_fullscreen();
 }
 
-static void begin_shading(const Painter *painter, GLuint program) {
+static void begin_shading(const Painter *painter) {
     const Targets *t = &painter->targets;
     gl_target_bind(t->layer_target, t->layer.width, t->layer.height);
     gl.Enable(GL_STENCIL_TEST);
     gl.StencilMask(0);
     gl.StencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
     gl_texture_bind(UNIT_INPUT, t->words);
-    gl.UseProgram(program);
 }
 
 static void end_shading(void) {
@@ -288,9 +295,11 @@ static void end_shading(void) {
 
 void pass_cloth(Painter *painter, const FrameView *view) {
     const float nothing[4] = {0, 0, 0, 0};
-    begin_shading(painter, painter->programs.cloth);
+    begin_shading(painter);
     gl.ClearBufferfv(GL_COLOR, 0, nothing);
     for (int i = 0; i < view->surface->part_count; i++) {
+        bool measured = painter->looks[i]->quantity != QUANTITY_NONE;
+        gl.UseProgram(measured ? painter->programs.measured : painter->programs.cloth);
         gl.BindBufferBase(GL_UNIFORM_BUFFER, BLOCK_CLOTH, painter->cloth.blocks[i]);
         shade_samples(painter, stencil_of_cloth(i), &view->cloth_box);
     }
@@ -298,7 +307,8 @@ void pass_cloth(Painter *painter, const FrameView *view) {
 }
 
 void pass_props(Painter *painter, const FrameView *view) {
-    begin_shading(painter, painter->programs.prop);
+    begin_shading(painter);
+    gl.UseProgram(painter->programs.prop);
     for (int i = 0; i < painter->def.prop_count; i++) {
         StageBox box = passes_prop_box(painter, i, view->poses[i]);
         float matrix[16];

@@ -35,16 +35,16 @@ typedef struct Targets {
 } Targets;
 
 typedef struct Programs {
-    GLuint depth, linear, occlusion, blur, still, backdrop, soften, gbuffer, prop_words, cloth,
-        prop, composite;
+    GLuint depth, linear, occlusion, blur, still, backdrop, soften, gbuffer, gbuffer_measured,
+        prop_words, cloth, measured, prop, composite;
     GLint depth_model_clip, blur_direction, gbuffer_panel_scale, words_model_world,
         prop_world_model;
 } Programs;
 
 /* The cloth's vertices and triangles in the driver. */
 typedef struct SurfaceBuffers {
-    GLuint array, vertices, uv, fine, coarse;
-    GLuint *blocks; /* (cloth_count) ClothBlock */
+    GLuint array, vertices, uv, values, fine, coarse; /* values: of measuring looks, or 0 */
+    GLuint *blocks; /* (cloth_count) ClothBlock or MeasuredBlock */
     bool uploaded;
 } SurfaceBuffers;
 
@@ -66,7 +66,8 @@ struct Painter {
     PaintDef def;
     Arena arena;
     const Look **looks; /* (cloth_count) */
-    PaintProp *props;   /* (prop_count) */
+    QuantityRange ranges[QUANTITY_COUNT];
+    PaintProp *props; /* (prop_count) */
     Stage stage;
     GLuint stage_block;
     Targets targets;

@@ -70,6 +70,7 @@ Resampler *resample_create(const StateLayout *layout, const ResampleDef *def) {
     place_parts(surface);
     surface->vertices = arena_push(arena, SurfaceVertex, surface->vertex_count);
     surface->uv = arena_push(arena, float, 2 * surface->vertex_count);
+    surface->values = def->values ? arena_push(arena, float, surface->vertex_count) : NULL;
     surface->fine = arena_push(arena, uint32_t, 3 * surface->fine_count);
     surface->coarse = arena_push(arena, uint32_t, 3 * surface->coarse_count);
     for (int i = 0; i < surface->part_count; i++) {
@@ -112,6 +113,31 @@ const Surface *resample_frame(Resampler *resampler, const StateLayout *layout, c
     }
     find_box(surface);
     return surface;
+}
+
+bool resample_takes_values(const StateLayout *layout, int cloth) {
+    int nodes = layout->node_begin[cloth + 1] - layout->node_begin[cloth];
+    int vertices = layout->vertex_begin[cloth + 1] - layout->vertex_begin[cloth];
+    return kind_of(layout, cloth) != &resample_lattice || nodes == vertices;
+}
+
+void resample_values(Resampler *resampler, const StateLayout *layout, int cloth,
+                     const double *values) {
+    Surface *surface = &resampler->surface;
+    const SurfacePart *part = &surface->parts[cloth];
+    int count = layout->vertex_begin[cloth + 1] - layout->vertex_begin[cloth];
+    ASSERT(surface->values && resample_takes_values(layout, cloth));
+    ArenaMark mark = arena_mark(&resampler->arena);
+    double *points = arena_push(&resampler->arena, double, 3 * (size_t)count);
+    SurfaceVertex *spread = arena_push(&resampler->arena, SurfaceVertex, part->vertex_count);
+    for (int i = 0; i < count; i++) {
+        points[3 * (size_t)i] = values[i];
+    }
+    resampler->kinds[cloth]->evaluate(resampler->plans[cloth], points, points, spread);
+    for (int i = 0; i < part->vertex_count; i++) {
+        surface->values[part->vertex_begin + i] = spread[i].position[0];
+    }
+    arena_rewind(&resampler->arena, mark);
 }
 
 const Surface *resample_surface(const Resampler *resampler) { return &resampler->surface; }

@@ -41,6 +41,7 @@ typedef struct Surface {
     SurfacePart *parts;      /* (part_count) */
     SurfaceVertex *vertices; /* (vertex_count), rewritten for each frame */
     float *uv;               /* [m] (vertex_count x 2), from the panel's corner */
+    float *values;           /* (vertex_count) see resample_values; NULL unless asked for */
     uint32_t *fine;          /* (fine_count x 3) triangles to look at */
     uint32_t *coarse;        /* (coarse_count x 3) every second vertex: shadow, occlusion */
     float low[3], high[3];   /* [m] bounding box of the vertices */
@@ -49,6 +50,7 @@ typedef struct Surface {
 typedef struct ResampleDef {
     double pixels_per_metre; /* on the screen, where the cloth is */
     int triangle_cap;        /* of all cloths together; 100000 */
+    bool values;             /* make room for numbers of measuring looks; false */
 } ResampleDef;
 
 /* One kind of cloth layout. */
@@ -78,6 +80,14 @@ void resample_destroy(Resampler *resampler);
 /* The surface at node positions x [m] (node_count x 3). Valid until the next call. */
 const Surface *resample_frame(Resampler *resampler, const StateLayout *layout, const double *x);
 const Surface *resample_surface(const Resampler *resampler);
+
+/* Spreads numbers at the surface vertices of a cloth (as many as the layout has) over its part of
+ * surface.values, by the same smooth function as the positions. */
+void resample_values(Resampler *resampler, const StateLayout *layout, int cloth,
+                     const double *values);
+
+/* False if the surface vertices of a cloth are not where its numbers would be needed. */
+bool resample_takes_values(const StateLayout *layout, int cloth);
 
 /* Unit normal and tangent from the derivatives along u and v. Collapsed surfaces get any. */
 void resample_set_frame(SurfaceVertex *vertex, const double du[3], const double dv[3]);

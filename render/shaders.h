@@ -20,6 +20,7 @@
     X(GBUFFER_VERTEX, "gbuffer.vert.glsl")                                                         \
     X(GBUFFER_FRAGMENT, "gbuffer.frag.glsl")                                                       \
     X(CLOTH, "cloth.frag.glsl")                                                                    \
+    X(MEASURED, "measured.frag.glsl")                                                              \
     X(PROP_VERTEX, "prop.vert.glsl")                                                               \
     X(PROP_WORDS, "prop_words.frag.glsl")                                                          \
     X(PROP, "prop.frag.glsl")                                                                      \

@@ -107,7 +107,8 @@ static Image draw_scene(Scene *scene, Change change) {
                     .looks = &scene->look,
                     .prop_count = header->obstacle_count,
                     .props = scene->props};
-    ResampleDef density = {camera_pixels_per_metre(&scene->camera, HEIGHT), 100000};
+    ResampleDef density = {.pixels_per_metre = camera_pixels_per_metre(&scene->camera, HEIGHT),
+                           .triangle_cap = 100000};
     Resampler *resampler = resample_create(&scene->layout, &density);
     Surface surface = *resample_frame(resampler, &scene->layout, scene->frame.x);
     for (int i = 0; change == CHANGE_SIDE && i < 3 * surface.vertex_count; i++) {

@@ -3,6 +3,10 @@ layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal_in;
 layout(location = 2) in vec3 tangent_in;
 layout(location = 3) in vec2 uv_in; // [m] from the panel's corner
+#ifdef MEASURED
+layout(location = 4) in float value_in;
+out float value;
+#endif
 
 out vec3 normal;
 out vec3 tangent;
@@ -12,5 +16,8 @@ void main() {
     normal = normal_in;
     tangent = tangent_in;
     uv = uv_in;
+#ifdef MEASURED
+    value = value_in;
+#endif
     gl_Position = world_clip * vec4(position, 1.0);
 }

@@ -7,6 +7,7 @@
 #include "sim/state/state.h"
 
 #define RATE 30.0
+#define SPEED_STEP 1e-4 /* [s] of the differences that give velocities */
 #define TABLE_HEIGHT 0.74
 #define TABLE_RADIUS 0.60
 #define TABLE_SIDE 2.0
@@ -26,6 +27,8 @@ const RenderMotion render_motions[] = {
     {"ball", "a square cloth over a sphere on the floor"},
     {"disc", "a scattered disc that waves"},
     {"figure", "a cape around a figure that turns hips and chest"},
+    {"patch", "a flat sheet, strained alike everywhere, on its way"},
+    {"roll", "a quarter of a cylinder, at rest"},
 };
 const int render_motion_count = sizeof render_motions / sizeof render_motions[0];
 
@@ -194,6 +197,18 @@ static Vec3 place_cape(double u, double v, double time) {
     return vec3(wide * cos(angle), deep * sin(angle), CAPE_TOP - 0.97 * CAPE_LENGTH * down);
 }
 
+static Vec3 place_patch(double u, double v, double time) {
+    double weft = (1.0 + RENDER_PATCH_WEFT) * v, along = RENDER_PATCH_SPEED * time;
+    return vec3((1.0 + RENDER_PATCH_WARP) * u + weft * sin(RENDER_PATCH_SHEAR) - 0.3 + 0.6 * along,
+                0, weft * cos(RENDER_PATCH_SHEAR) - 0.2 + 0.8 * along);
+}
+
+static Vec3 place_roll(double u, double v, double time) {
+    (void)time;
+    double angle = u / RENDER_ROLL_RADIUS - 0.25 * PI;
+    return vec3(RENDER_ROLL_RADIUS * sin(angle), -RENDER_ROLL_RADIUS * cos(angle), v - 0.1);
+}
+
 /* ---- motions ---- */
 
 typedef struct Setup {
@@ -276,6 +291,15 @@ static bool set_up(const char *motion, int nodes, Arena *arena, Setup *setup) {
         setup->film.eye = vec3(1.1, -2.9, 1.3);
         setup->film.target = vec3(0, 0, 0.8);
         return add_figure(setup, arena);
+    } else if (strcmp(motion, "patch") == 0 || strcmp(motion, "roll") == 0) {
+        bool roll = motion[0] == 'r';
+        setup->place = roll ? place_roll : place_patch;
+        setup->mesh =
+            roll ? lattice_mesh(arena, nodes, nodes, false, 0.5 * PI * RENDER_ROLL_RADIUS, 0.2)
+                 : lattice_mesh(arena, nodes, nodes, false, 0.6, 0.4);
+        setup->film.camera = CAMERA_PERSPECTIVE;
+        setup->film.eye = vec3(0, -1.5, 0);
+        setup->film.floor_height = -0.5;
     } else {
         return false;
     }
@@ -293,7 +317,10 @@ static bool write_frames(StateWriter *writer, const Setup *setup, int first, int
         double time = frame / RATE;
         for (int i = 0; i < mesh->node_count; i++) {
             const double *a = mesh->material + 2 * i;
+            Vec3 before = setup->place(a[0], a[1], time - SPEED_STEP);
+            Vec3 after = setup->place(a[0], a[1], time + SPEED_STEP);
             vec3_store(x + 3 * i, setup->place(a[0], a[1], time));
+            vec3_store(v + 3 * i, vec3_scale(0.5 / SPEED_STEP, vec3_sub(after, before)));
         }
         StateFrame state = {.frame = frame,
                             .time = time,

@@ -11,6 +11,14 @@ typedef struct RenderMotion {
     const char *name, *about;
 } RenderMotion;
 
+/* The motion "patch": a flat upright sheet with these strains, which moves without turning. */
+#define RENDER_PATCH_WARP 0.04
+#define RENDER_PATCH_WEFT (-0.03)
+#define RENDER_PATCH_SHEAR 0.1 /* [rad] */
+#define RENDER_PATCH_SPEED 0.5 /* [m/s] */
+/* "roll": bent along the warp without a strain, the face outside. */
+#define RENDER_ROLL_RADIUS 0.1 /* [m] */
+
 extern const RenderMotion render_motions[];
 extern const int render_motion_count;
 
