@@ -57,8 +57,9 @@ void buffers_create_cloth(Painter *painter, const Surface *surface) {
             MeasuredBlock block = look_measured_block(look, painter->ranges[look->quantity]);
             cloth->blocks[i] = buffers_create_block(sizeof block, &block);
         } else {
-            ClothBlock block =
-                look_cloth_block(look, part->size[0], part->size[1], part->around, part->rectangle);
+            LookPanel panel = {part->size[0], part->size[1], painter->thickness[i], part->around,
+                               part->rectangle};
+            ClothBlock block = look_cloth_block(look, &panel);
             cloth->blocks[i] = buffers_create_block(sizeof block, &block);
         }
     }

@@ -1,4 +1,4 @@
-/* sheet: a contact sheet of a run. looks: what cloths and obstacles can look like. */
+/* sheet: a contact sheet of a run. */
 #include <math.h>
 #include <stdio.h>
 
@@ -49,21 +49,6 @@ static bool fill_sheet(const Options *options, Drawer *drawer, Sheet *sheet, int
     return good;
 }
 
-static bool write_sheet(const OutputDef *target, const Image *image, Error *error) {
-    OutputDef def = *target;
-    def.width = image->width;
-    def.height = image->height;
-    Output *output = output_create(&def, error);
-    if (!output) {
-        return false;
-    }
-    if (!output_write(output, 0, image, 0, error)) {
-        output_abandon(output);
-        return false;
-    }
-    return output_close(output, 0, error);
-}
-
 static bool make_sheet(const Options *options, const OutputDef *target, Run *run, Drawer **drawer,
                        Sheet *sheet, Error *error) {
     RunEnd end;
@@ -81,7 +66,7 @@ static bool make_sheet(const Options *options, const OutputDef *target, Run *run
     int count = options->count < last - first + 1 ? options->count : last - first + 1;
     *sheet = sheet_create(count, draw_width(*drawer), draw_height(*drawer));
     return fill_sheet(options, *drawer, sheet, first, last, count, error) &&
-           write_sheet(target, &sheet->image, error);
+           output_write_picture(target, &sheet->image, error);
 }
 
 ExitCode command_sheet(const Options *options, Error *error) {
@@ -105,62 +90,4 @@ ExitCode command_sheet(const Options *options, Error *error) {
     draw_destroy(drawer);
     run_close(&run);
     return good ? EXIT_OK : error->code;
-}
-
-static bool is_fabric(int look) { return looks[look].quantity == QUANTITY_NONE; }
-
-static void print_looks_json(void) {
-    printf("{\"schema\": \"toile-looks-1\", \"cloths\": [");
-    const char *comma = "";
-    for (int i = 0; i < look_count; i++) {
-        if (is_fabric(i)) {
-            printf("%s{\"name\": \"%s\", \"about\": \"%s\", \"ends_per_cm\": %g, "
-                   "\"picks_per_cm\": %g}",
-                   comma, looks[i].name, looks[i].about, (double)looks[i].ends / 100.0,
-                   (double)looks[i].picks / 100.0);
-            comma = ", ";
-        }
-    }
-    printf("], \"measuring\": [");
-    comma = "";
-    for (int i = 0; i < look_count; i++) {
-        if (!is_fabric(i)) {
-            printf("%s{\"name\": \"%s\", \"about\": \"%s\", \"unit\": \"%s\"}", comma,
-                   looks[i].name, looks[i].about, quantities[looks[i].quantity].unit);
-            comma = ", ";
-        }
-    }
-    printf("], \"obstacles\": [");
-    for (int i = 0; i < prop_look_count; i++) {
-        printf("%s{\"name\": \"%s\", \"about\": \"%s\"}", i ? ", " : "", prop_looks[i].name,
-               prop_looks[i].about);
-    }
-    printf("]}\n");
-}
-
-ExitCode command_looks(const Options *options, Error *error) {
-    (void)error;
-    if (options->json) {
-        print_looks_json();
-        return EXIT_OK;
-    }
-    printf("cloths (threads a cm, warp x weft):\n");
-    for (int i = 0; i < look_count; i++) {
-        if (is_fabric(i)) {
-            printf("  %-12s %3.0f x %-3.0f %s\n", looks[i].name, (double)looks[i].ends / 100.0,
-                   (double)looks[i].picks / 100.0, looks[i].about);
-        }
-    }
-    printf("cloths, measuring (--range LOW,HIGH; by itself from the whole run):\n");
-    for (int i = 0; i < look_count; i++) {
-        if (!is_fabric(i)) {
-            printf("  %-12s %-9s %s\n", looks[i].name, quantities[looks[i].quantity].unit,
-                   looks[i].about);
-        }
-    }
-    printf("obstacles:\n");
-    for (int i = 0; i < prop_look_count; i++) {
-        printf("  %-12s           %s\n", prop_looks[i].name, prop_looks[i].about);
-    }
-    return EXIT_OK;
 }

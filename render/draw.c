@@ -19,6 +19,7 @@ struct Drawer {
     Camera camera;
     Arena scratch;       /* of a frame */
     const Look **looks;  /* (cloth_count) */
+    double *thickness;   /* [m] (cloth_count) */
     QuantityKind *kinds; /* (cloth_count) of measuring looks */
     bool measures, shown_kinds[QUANTITY_COUNT];
     QuantityRange ranges[QUANTITY_COUNT];
@@ -63,6 +64,7 @@ static bool find_looks(Drawer *drawer, Error *error) {
         if (!drawer->looks[i]) {
             return false;
         }
+        drawer->thickness[i] = header->cloths[i].thickness;
         drawer->kinds[i] = drawer->looks[i]->quantity;
         drawer->shown_kinds[drawer->kinds[i]] = true;
     }
@@ -125,6 +127,7 @@ static bool find_camera(Drawer *drawer, double floor, Error *error) {
 static bool set_up(Drawer *drawer, Error *error) {
     const StateHeader *header = state_header(drawer->run->reader);
     drawer->looks = arena_push(&drawer->arena, const Look *, header->cloth_count);
+    drawer->thickness = arena_push(&drawer->arena, double, header->cloth_count);
     drawer->kinds = arena_push(&drawer->arena, QuantityKind, header->cloth_count);
     drawer->props = arena_push(&drawer->arena, PaintProp, header->obstacle_count);
     Error none = {0};
@@ -151,6 +154,7 @@ static bool start_painter(Drawer *drawer, Error *error) {
                     .cloth_count = header->cloth_count,
                     .looks = drawer->looks,
                     .ranges = drawer->ranges,
+                    .thickness = drawer->thickness,
                     .prop_count = header->obstacle_count,
                     .props = drawer->props};
     drawer->painter = gl_open(drawer->def.threads, error) ? paint_create(&def, error) : NULL;
@@ -238,6 +242,7 @@ bool draw_frame_key(Drawer *drawer, int index, uint64_t *key, Error *error) {
     uint64_t seen = hash_bytes(numbers, sizeof numbers);
     for (int i = 0; i < header->cloth_count; i++) {
         seen = hash_pair(seen, look_hash(drawer->looks[i]));
+        seen = hash_pair(seen, hash_bytes(&drawer->thickness[i], sizeof(double)));
     }
     for (int i = 0; i < header->obstacle_count; i++) {
         seen = hash_pair(seen, prop_look_hash(drawer->props[i].look));

@@ -27,7 +27,8 @@ const Command commands[] = {
      command_diff, 2, 2, false},
     {"compare", "RUN PHOTO", "a photograph of a real drape, from above, against a run",
      command_compare, 2, 2, false},
-    {"looks", "", "what cloths and obstacles can look like", command_looks, 0, 0, false},
+    {"looks", "[-o FILE.png]", "what cloths and obstacles can look like; a sheet of swatches",
+     command_looks, 0, 0, false},
     {"versions", "", "versions of the libraries in use", command_versions, 0, 0, false},
     {"bench", "RUN", "CPU time of each stage of a frame, as CSV", command_bench, 1, 1, true},
 };
@@ -240,11 +241,11 @@ typedef struct OptionRow {
 #define DRAWING "render sheet bench"
 
 static const OptionRow rows[] = {
-    {"output", "PATH", "render sheet measure export diff compare", "where to write", TEXT, 0,
+    {"output", "PATH", "render sheet looks measure export diff compare", "where to write", TEXT, 0,
      FIELD(output), NULL},
     {"frames", "A-B", NULL, "only these frames, from 0; A or A- too", READER, 0, 0, read_frames},
     {"size", "WxH", DRAWING, "[px] even; default: the film's", READER, 0, 0, read_size},
-    {"quality", "NAME", DRAWING, "draft, standard, quality", READER, 0, 0, read_quality},
+    {"quality", "NAME", DRAWING " looks", "draft, standard, quality", READER, 0, 0, read_quality},
     {"look", "NAME", DRAWING, "of all cloths, instead of their own (see looks)", TEXT, 0,
      FIELD(look), NULL},
     {"range", "LOW,HIGH", DRAWING, "of a measuring look, in the units of its legend; automatic",

@@ -286,3 +286,18 @@ void output_abandon(Output *output) {
         output_free(output);
     }
 }
+
+bool output_write_picture(const OutputDef *target, const Image *image, Error *error) {
+    OutputDef def = *target;
+    def.width = image->width;
+    def.height = image->height;
+    Output *output = output_create(&def, error);
+    if (!output) {
+        return false;
+    }
+    if (!output_write(output, 0, image, 0, error)) {
+        output_abandon(output);
+        return false;
+    }
+    return output_close(output, 0, error);
+}

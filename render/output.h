@@ -52,6 +52,9 @@ bool output_write(Output *output, int frame, const Image *image, uint64_t key, E
 /* Ends the output and frees. key: of the whole video. */
 bool output_close(Output *output, uint64_t key, Error *error);
 
+/* One picture from beginning to end; the size is that of the image. */
+bool output_write_picture(const OutputDef *target, const Image *image, Error *error);
+
 /* Removes what is not whole and frees. */
 void output_abandon(Output *output);
 

@@ -40,8 +40,11 @@ Painter *paint_create(const PaintDef *def, Error *error) {
     painter->def = *def;
     painter->looks = arena_push(&painter->arena, const Look *, def->cloth_count);
     painter->props = arena_push(&painter->arena, PaintProp, def->prop_count);
+    painter->thickness = arena_push(&painter->arena, double, def->cloth_count);
+    painter->shading = arena_push(&painter->arena, GLuint, def->cloth_count);
     for (int i = 0; i < def->cloth_count; i++) {
         painter->looks[i] = def->looks[i];
+        painter->thickness[i] = def->thickness ? def->thickness[i] : 0.0;
     }
     for (int i = 0; def->ranges && i < QUANTITY_COUNT; i++) {
         painter->ranges[i] = def->ranges[i];

@@ -42,6 +42,7 @@ typedef struct PaintDef {
     bool floor;
     int cloth_count;
     const Look *const *looks;    /* (cloth_count) */
+    const double *thickness;     /* [m] (cloth_count) of the fabrics; NULL: looks as they are */
     const QuantityRange *ranges; /* (QUANTITY_COUNT) of measuring looks; NULL without them */
     int prop_count;
     const PaintProp *props; /* (prop_count) */

@@ -3,12 +3,37 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 #define DEFINES_SIZE 256
 #define OFFSET_SLOPE 1.5f /* polygon offset of the shadow map, per slope and per depth unit */
 #define OFFSET_UNITS 2.0f
 #define STENCIL_MASK 0xff
 #define FILTER_BORDER 6 /* [px] free border for the blur and look-ups between texels */
+
+/* The program that shades each cloth: cloths whose looks need the same one share it. */
+static bool create_shading(Painter *painter, const char *taps, Error *error) {
+    for (int i = 0; i < painter->def.cloth_count; i++) {
+        char defines[DEFINES_SIZE + LOOK_DEFINES_SIZE], wanted[LOOK_DEFINES_SIZE];
+        const Look *look = painter->looks[i];
+        look_cloth_defines(look, wanted);
+        for (int j = 0; j < i && !painter->shading[i]; j++) {
+            char other[LOOK_DEFINES_SIZE];
+            look_cloth_defines(painter->looks[j], other);
+            painter->shading[i] = strcmp(wanted, other) == 0 ? painter->shading[j] : 0;
+        }
+        snprintf(defines, sizeof defines, "%s%s", taps, wanted);
+        bool measured = look->quantity != QUANTITY_NONE;
+        if (!painter->shading[i]) {
+            painter->shading[i] = gl_program_create(
+                SHADER_FULLSCREEN, measured ? SHADER_MEASURED : SHADER_CLOTH, defines, error);
+        }
+        if (!painter->shading[i]) {
+            return false;
+        }
+    }
+    return true;
+}
 
 bool passes_create_programs(Painter *painter, Error *error) {
     const Quality *quality = painter->def.quality;
@@ -34,8 +59,6 @@ bool passes_create_programs(Painter *painter, Error *error) {
         {&programs->gbuffer, SHADER_GBUFFER_VERTEX, SHADER_GBUFFER_FRAGMENT, ""},
         {&programs->gbuffer_measured, SHADER_GBUFFER_VERTEX, SHADER_GBUFFER_FRAGMENT,
          "#define MEASURED\n"},
-        {&programs->cloth, SHADER_FULLSCREEN, SHADER_CLOTH, taps},
-        {&programs->measured, SHADER_FULLSCREEN, SHADER_MEASURED, ""},
         {&programs->prop_words, SHADER_PROP_VERTEX, SHADER_PROP_WORDS, ""},
         {&programs->prop, SHADER_FULLSCREEN, SHADER_PROP, taps},
         {&programs->composite, SHADER_FULLSCREEN, SHADER_COMPOSITE, ""},
@@ -46,6 +69,9 @@ bool passes_create_programs(Painter *painter, Error *error) {
         if (!*list[i].program) {
             return false;
         }
+    }
+    if (!create_shading(painter, taps, error)) {
+        return false;
     }
     programs->depth_model_clip = gl.GetUniformLocation(programs->depth, "model_clip");
     programs->blur_direction = gl.GetUniformLocation(programs->blur, "direction");
@@ -102,13 +128,19 @@ void passes_destroy(Painter *painter) {
                         t->backdrop_target,     t->grainy_target,       t->words_target,
                         t->layer_target,        t->picture_target};
     GLuint programs[] = {
-        p->depth,      p->linear,   p->occlusion,        p->blur,     p->still, p->backdrop,
-        p->soften,     p->gbuffer,  p->gbuffer_measured, p->measured, p->cloth, p->prop,
-        p->prop_words, p->composite};
+        p->depth,  p->linear,  p->occlusion,        p->blur, p->still,      p->backdrop,
+        p->soften, p->gbuffer, p->gbuffer_measured, p->prop, p->prop_words, p->composite};
     gl.DeleteTextures(sizeof textures / sizeof *textures, textures);
     gl.DeleteFramebuffers(sizeof targets / sizeof *targets, targets);
     for (size_t i = 0; i < sizeof programs / sizeof *programs; i++) {
         gl.DeleteProgram(programs[i]);
+    }
+    for (int i = 0; i < painter->def.cloth_count; i++) {
+        bool shared = false;
+        for (int j = 0; j < i; j++) {
+            shared = shared || painter->shading[j] == painter->shading[i];
+        }
+        gl.DeleteProgram(shared ? 0 : painter->shading[i]);
     }
 }
 
@@ -298,8 +330,7 @@ void pass_cloth(Painter *painter, const FrameView *view) {
     begin_shading(painter);
     gl.ClearBufferfv(GL_COLOR, 0, nothing);
     for (int i = 0; i < view->surface->part_count; i++) {
-        bool measured = painter->looks[i]->quantity != QUANTITY_NONE;
-        gl.UseProgram(measured ? painter->programs.measured : painter->programs.cloth);
+        gl.UseProgram(painter->shading[i]);
         gl.BindBufferBase(GL_UNIFORM_BUFFER, BLOCK_CLOTH, painter->cloth.blocks[i]);
         shade_samples(painter, stencil_of_cloth(i), &view->cloth_box);
     }

@@ -36,7 +36,7 @@ typedef struct Targets {
 
 typedef struct Programs {
     GLuint depth, linear, occlusion, blur, still, backdrop, soften, gbuffer, gbuffer_measured,
-        prop_words, cloth, measured, prop, composite;
+        prop_words, prop, composite;
     GLint depth_model_clip, blur_direction, gbuffer_panel_scale, words_model_world,
         prop_world_model;
 } Programs;
@@ -66,6 +66,8 @@ struct Painter {
     PaintDef def;
     Arena arena;
     const Look **looks; /* (cloth_count) */
+    double *thickness;  /* [m] (cloth_count); 0: unknown */
+    GLuint *shading;    /* (cloth_count) programs; cloths of like looks share one */
     QuantityRange ranges[QUANTITY_COUNT];
     PaintProp *props; /* (prop_count) */
     Stage stage;

@@ -14,6 +14,12 @@ layout(std140, binding = 1) uniform ClothMaterial {
     vec4 thread;  // x: specular; y: shininess; z: transmission; w: bump
     vec4 panel;   // xy: size [m]; z: weave; w: reach [threads]
     vec4 yarn;    // x: strength of streaks; y: back side brightness
+    vec4 back_warp, back_weft; // rgb: albedos on the back of a double cloth
+    vec4 second;  // rgb: albedo of bands; w: repeat of the warp's bands [m], 0: none
+    vec4 third;   // rgb: albedo of bands; w: repeat of the weft's bands [m]
+    vec4 warp_bands, weft_bands; // begin, end of the second and third colour, parts of the repeat
+    vec4 border;  // x: width of the hem; y: width of the selvedge [m], 0: none
+    vec4 seam;    // rgb: albedo of stitches
 };
 
 const float SEARCH = 26.0; // [texel at 2048] for blockers of the key light
@@ -48,22 +54,89 @@ struct Threads {
     vec3 normal;
     float over; // warp on top
     float lod;
+    float layers; // of cloth: 2 in a hem
 };
+
+#ifdef BANDED
+// Colours of the bands over `color`; at: [m] across the threads, centre: of this thread.
+vec3 banded(vec3 color, float at, float centre, float footprint, float lod, float repeat, vec4 bands) {
+    if (repeat <= 0.0) {
+        return color;
+    }
+    float second_part = mix(weave_bands(centre, 0.0, repeat, bands.xy),
+                            weave_bands(at, footprint, repeat, bands.xy), lod);
+    float third_part = mix(weave_bands(centre, 0.0, repeat, bands.zw),
+                           weave_bands(at, footprint, repeat, bands.zw), lod);
+    return mix(mix(color, second.rgb, second_part), third.rgb, third_part);
+}
+#endif
+
+#ifdef BORDERED
+const float STITCH = 0.0032, STITCH_WIDTH = 0.0007; // [m] from stitch to stitch, of the thread
+const float STITCH_PART = 0.68;                     // of the way: seen from above
+const float SEAM_INSIDE = 0.0022;                   // [m] from the edge of the hem to the stitches
+const float FOLD_SLOPE = 0.55, FOLD_WIDTH = 0.0011; // where the folded part ends
+
+// A line of this width at distance d from its middle, seen through a footprint.
+float line_part(float d, float width, float footprint) {
+    float wide = max(width, footprint);
+    return clamp((0.5 * (width + wide) - abs(d)) / wide, 0.0, 1.0) * width / wide;
+}
+
+// Hem and selvedge. from: [m] to the nearest border across u, across v; metres: place.
+void add_border(inout Threads t, inout vec2 tilt, vec2 from, vec2 metres, vec3 weft_color, float footprint) {
+    bool selvedge = border.y > 0.0;
+    bool across_u = selvedge || from.x < from.y; // the nearest hemmed border
+    float d = across_u ? from.x : from.y, along = across_u ? metres.y : metres.x;
+    float middle = across_u ? 0.5 * panel.x - metres.x : 0.5 * panel.y - metres.y;
+    float hem = border.x;
+    float inside = 1.0 - smoothstep(hem - 0.5 * footprint, hem + 0.5 * footprint, d);
+    t.layers = hem > 0.0 ? mix(1.0, 2.0, inside) : 1.0;
+    float fold = hem > 0.0 ? line_part(d - hem, FOLD_WIDTH, footprint) : 0.0;
+    tilt += fold * FOLD_SLOPE * sign(middle) * (across_u ? vec2(1.0, 0.0) : vec2(0.0, 1.0));
+    float dash = weave_bands(along, footprint, STITCH, vec2(0.0, STITCH_PART));
+    float stitched = hem > 0.0 ? line_part(d - hem + SEAM_INSIDE, STITCH_WIDTH, footprint) * dash : 0.0;
+    t.albedo = mix(t.albedo * (1.0 - 0.35 * fold), seam.rgb, stitched);
+    float listed = selvedge ? 1.0 - smoothstep(border.y - 0.5 * footprint, border.y + 0.5 * footprint, from.y) : 0.0;
+    float listing = selvedge ? line_part(from.y - 0.55 * border.y, 0.0011, footprint) : 0.0;
+    t.albedo = mix(mix(t.albedo, weft_color, 0.7 * listed), seam.rgb, listing);
+}
+#endif
 
 Threads threads_at(Sample g, vec3 bitangent) {
     vec2 metres = g.uv * panel.xy;
     vec2 density = vec2(weft.w, warp.w);
     float per_sample = g.footprint * max(density.x, density.y);
-    Weave w = weave_at(int(panel.z), metres * density, per_sample, panel.w, g.back);
+    Weave w = weave_at(metres * density, per_sample, panel.w, g.back);
     vec2 edge = min(metres, panel.xy - metres);
     // a stripe along an edge is made by the threads that run along that edge
     vec2 thread_centre = (floor(metres * density) + 0.5) / density;
     vec2 thread_edge = min(thread_centre, panel.xy - thread_centre);
     float warp_stripe = mix(stripe_at(thread_edge.y), stripe_at(edge.y), w.lod);
     float weft_stripe = mix(stripe_at(thread_edge.x), stripe_at(edge.x), w.lod) * stripe.w;
-    vec3 warp_color = mix(warp.rgb, stripe.rgb, warp_stripe);
-    vec3 weft_color = mix(weft.rgb, stripe.rgb, weft_stripe);
-    float face_part = panel.z == float(WEAVE_SATIN) ? 0.8 : (panel.z == float(WEAVE_DENIM) ? 0.75 : 0.5);
+    vec3 warp_color = warp.rgb, weft_color = weft.rgb;
+#ifdef DOUBLE_CLOTH
+    warp_color = g.back ? back_warp.rgb : warp_color;
+    weft_color = g.back ? back_weft.rgb : weft_color;
+#endif
+#ifdef BANDED
+    warp_color = banded(warp_color, metres.y, thread_centre.y, g.footprint, w.lod, second.w, warp_bands);
+    weft_color = banded(weft_color, metres.x, thread_centre.x, g.footprint, w.lod, third.w, weft_bands);
+#endif
+    warp_color = mix(warp_color, stripe.rgb, warp_stripe);
+    weft_color = mix(weft_color, stripe.rgb, weft_stripe);
+#if WEAVE == WEAVE_SATIN
+    const float face_part = 0.8;
+#elif WEAVE == WEAVE_DENIM
+    const float face_part = 0.75;
+#elif WEAVE == WEAVE_KNIT
+    const float face_part = 1.0; // one yarn: that of the course
+#else
+    const float face_part = 0.5;
+#endif
+#if WEAVE == WEAVE_KNIT
+    warp_color = weft_color;
+#endif
     float warp_part = g.back ? 1.0 - face_part : face_part;
     vec3 mean = mix(weft_color, warp_color, warp_part);
     float crown = mix(1.0, w.crown, thread.w);
@@ -72,9 +145,14 @@ Threads threads_at(Sample g, vec3 bitangent) {
     Threads t;
     t.lod = w.lod;
     t.over = mix(w.over, warp_part, w.lod);
+    t.layers = 1.0;
     t.albedo = mix(drawn, mean * mean_crown, w.lod) * (1.0 + yarn.x * weave_streaks(metres, g.footprint));
     t.albedo *= g.back ? yarn.y : 1.0;
     vec2 tilt = w.tilt * thread.w * (1.0 - w.lod);
+#ifdef BORDERED
+    vec2 from = stripe.w > 0.0 ? edge : vec2(1e3, edge.y);
+    add_border(t, tilt, from, metres, weft_color, g.footprint);
+#endif
     t.normal = normalize(g.normal + g.tangent * tilt.x + bitangent * tilt.y);
     return t;
 }
@@ -137,6 +215,6 @@ void main() {
     color += ambient * (t.albedo * kept * colored + sheen.rgb * energy * visible * 0.7);
     vec3 through = key_color.rgb * key * max(-facing, 0.0) +
                    0.5 * rim_color.rgb * max(-dot(g.normal, rim_light.xyz), 0.0);
-    color += thread.z * t.albedo / PI * through;
+    color += thread.z / (t.layers * t.layers) * t.albedo / PI * through;
     result = vec4(tone_map(color), 1.0);
 }
