@@ -24,6 +24,7 @@
     X(BINDFRAMEBUFFER, BindFramebuffer)                                                            \
     X(BINDTEXTURE, BindTexture)                                                                    \
     X(BINDVERTEXARRAY, BindVertexArray)                                                            \
+    X(BLENDFUNC, BlendFunc)                                                                        \
     X(BLITFRAMEBUFFER, BlitFramebuffer)                                                            \
     X(BUFFERDATA, BufferData)                                                                      \
     X(BUFFERSUBDATA, BufferSubData)                                                                \

@@ -87,7 +87,8 @@ ClothBlock look_cloth_block(const Look *look, const LookPanel *panel) {
         .thread = {look->specular, look->shininess, look->transmission, look->bump},
         .panel = {(float)width, (float)height, (float)look->weave, look->reach},
         .yarn = {look->streaks, look->back},
-        .border = {panel->rectangle ? look->hem : 0.0f, panel->rectangle ? look->selvedge : 0.0f},
+        .border = {panel->rectangle ? look->hem : 0.0f, panel->rectangle ? look->selvedge : 0.0f,
+                   look->cover},
     };
     set(block.warp, look->warp, fit_density(look->ends * scale, height));
     set(block.weft, look->weft, fit_density(look->picks * scale, width));
@@ -112,9 +113,10 @@ void look_cloth_defines(const Look *look, char text[LOOK_DEFINES_SIZE]) {
         snprintf(text, LOOK_DEFINES_SIZE, "#define MEASURED\n");
         return;
     }
-    snprintf(text, LOOK_DEFINES_SIZE, "#define WEAVE %d\n%s%s%s", (int)look->weave,
+    snprintf(text, LOOK_DEFINES_SIZE, "#define WEAVE %d\n%s%s%s%s", (int)look->weave,
              double_cloth ? "#define DOUBLE_CLOTH\n" : "", banded ? "#define BANDED\n" : "",
-             look->hem > 0.0f || look->selvedge > 0.0f ? "#define BORDERED\n" : "");
+             look->hem > 0.0f || look->selvedge > 0.0f ? "#define BORDERED\n" : "",
+             look->cover > 0.0f ? "#define VEIL\n" : "");
 }
 
 MeasuredBlock look_measured_block(const Look *look, QuantityRange range) {

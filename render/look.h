@@ -15,7 +15,7 @@ typedef enum WeaveKind {
     WEAVE_PLAIN,
     WEAVE_TWILL,  /* 2/2 */
     WEAVE_SATIN,  /* 5-harness */
-    WEAVE_PILE,   /* no threads are drawn: velvet, felt */
+    WEAVE_PILE,   /* fibres without a direction: velvet, felt */
     WEAVE_DENIM,  /* 3/1 twill */
     WEAVE_PANAMA, /* 2/2 hopsack: pairs of threads in plain weave */
     WEAVE_KNIT    /* plain jersey: wales along u, courses along v */
@@ -47,9 +47,11 @@ typedef struct Look {
     float hem;                    /* [m] width of the hem at all borders; 0: none */
     float selvedge;               /* [m] width of the border along the warp, instead of a hem */
     float seam[3];                /* albedo of the stitches and of the line in the selvedge */
-    float thickness;       /* [m] of the fabric that ends and picks belong to; 0: they are fixed */
-    float stripe[3];       /* albedo of woven border stripes */
-    float stripes[4];      /* begin, end, begin, end from the edge, in shorter panel sides */
+    float thickness;  /* [m] of the fabric that ends and picks belong to; 0: they are fixed */
+    float stripe[3];  /* albedo of woven border stripes */
+    float stripes[4]; /* begin, end, begin, end from the edge, in shorter panel sides */
+    float
+        cover; /* part that threads cover, seen straight on; 0: all, light never passes between them */
     QuantityKind quantity; /* a measuring look: colours stand for numbers, threads are not drawn */
 } Look;
 

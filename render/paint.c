@@ -44,6 +44,7 @@ Painter *paint_create(const PaintDef *def, Error *error) {
     painter->shading = arena_push(&painter->arena, GLuint, def->cloth_count);
     for (int i = 0; i < def->cloth_count; i++) {
         painter->looks[i] = def->looks[i];
+        painter->veiled = painter->veiled || def->looks[i]->cover > 0.0f;
         painter->thickness[i] = def->thickness ? def->thickness[i] : 0.0;
     }
     for (int i = 0; def->ranges && i < QUANTITY_COUNT; i++) {
@@ -59,6 +60,9 @@ Painter *paint_create(const PaintDef *def, Error *error) {
         return NULL;
     }
     passes_create_targets(painter);
+    if (painter->veiled) {
+        veil_create_targets(painter);
+    }
     buffers_create_props(painter);
     painter->stage_block = buffers_create_block(sizeof(StageBlock), &painter->stage.block);
     gl.BindBufferBase(GL_UNIFORM_BUFFER, BLOCK_STAGE, painter->stage_block);
@@ -72,6 +76,7 @@ void paint_destroy(Painter *painter) {
     buffers_destroy_cloth(painter);
     buffers_destroy_props(painter);
     passes_destroy(painter);
+    veil_destroy(painter);
     gl.DeleteBuffers(1, &painter->stage_block);
     arena_free(&painter->arena);
     free(painter);
@@ -157,6 +162,9 @@ void paint_frame(Painter *painter, const Surface *surface, const Pose *poses, Im
     gl.BufferSubData(GL_UNIFORM_BUFFER, 0, sizeof(StageBlock), &painter->stage.block);
     account(painter, PAINT_UPLOAD, &start);
     pass_shadow(painter, &view);
+    if (painter->veiled) {
+        pass_veil_shadow(painter, &view);
+    }
     account(painter, PAINT_SHADOW, &start);
     pass_depth(painter, &view);
     account(painter, PAINT_DEPTH, &start);
@@ -169,6 +177,9 @@ void paint_frame(Painter *painter, const Surface *surface, const Pose *poses, Im
     pass_cloth(painter, &view);
     account(painter, PAINT_CLOTH, &start);
     pass_props(painter, &view);
+    if (painter->veiled) {
+        pass_veil(painter, &view);
+    }
     account(painter, PAINT_PROPS, &start);
     pass_composite(painter);
     account(painter, PAINT_COMPOSITE, &start);

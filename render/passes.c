@@ -38,10 +38,11 @@ static bool create_shading(Painter *painter, const char *taps, Error *error) {
 bool passes_create_programs(Painter *painter, Error *error) {
     const Quality *quality = painter->def.quality;
     char taps[DEFINES_SIZE], floor_taps[DEFINES_SIZE];
-    snprintf(taps, sizeof taps, "#define BLOCKER_TAPS %d\n#define FILTER_TAPS %d\n",
+    const char *veiled = painter->veiled ? "#define VEILED\n" : "";
+    snprintf(taps, sizeof taps, "%s#define BLOCKER_TAPS %d\n#define FILTER_TAPS %d\n", veiled,
              quality->blocker_taps, quality->filter_taps);
     snprintf(floor_taps, sizeof floor_taps,
-             "#define SHADED\n#define BLOCKER_TAPS %d\n#define FILTER_TAPS %d\n",
+             "%s#define SHADED\n#define BLOCKER_TAPS %d\n#define FILTER_TAPS %d\n", veiled,
              quality->floor_blocker_taps, quality->floor_filter_taps);
     Programs *programs = &painter->programs;
     const struct {
@@ -70,7 +71,8 @@ bool passes_create_programs(Painter *painter, Error *error) {
             return false;
         }
     }
-    if (!create_shading(painter, taps, error)) {
+    if (!create_shading(painter, taps, error) ||
+        (painter->veiled && !veil_create_programs(painter, error))) {
         return false;
     }
     programs->depth_model_clip = gl.GetUniformLocation(programs->depth, "model_clip");
@@ -167,7 +169,11 @@ StageBox passes_prop_box(const Painter *painter, int prop, Pose pose) {
     return box;
 }
 
-/* Depth of everything that casts: coarse cloth and props. */
+bool passes_is_sheer(const Painter *painter, int cloth) {
+    return painter->looks[cloth]->cover > 0.0f;
+}
+
+/* Depth of everything that casts a whole shadow: coarse cloth and props. */
 static void draw_depth(const Painter *painter, const FrameView *view, const Mat4 *world_clip) {
     float matrix[16];
     gl.UseProgram(painter->programs.depth);
@@ -178,7 +184,12 @@ static void draw_depth(const Painter *painter, const FrameView *view, const Mat4
     gl.ClearBufferfv(GL_DEPTH, 0, &far_away);
     mat4_store(world_clip, matrix);
     gl.UniformMatrix4fv(painter->programs.depth_model_clip, 1, GL_FALSE, matrix);
-    buffers_draw_cloth(painter, 0, view->surface->coarse_count, false);
+    for (int i = 0; i < view->surface->part_count; i++) {
+        const SurfacePart *part = &view->surface->parts[i];
+        if (!passes_is_sheer(painter, i)) {
+            buffers_draw_cloth(painter, part->coarse_begin, part->coarse_count, false);
+        }
+    }
     for (int i = 0; i < painter->def.prop_count; i++) {
         Mat4 model = mat4_multiply(*world_clip, mat4_from_pose(view->poses[i]));
         mat4_store(&model, matrix);
@@ -263,8 +274,7 @@ void pass_backdrop(Painter *painter, const FrameView *view) {
     }
 }
 
-/* Stencil values: 0 nothing, then the cloths, then the props. */
-static int stencil_of_cloth(int cloth) { return cloth + 1; }
+int passes_stencil_of_cloth(int cloth) { return cloth + 1; }
 static int stencil_of_prop(const Painter *painter, int prop) {
     return painter->def.cloth_count + prop + 1;
 }
@@ -278,6 +288,10 @@ void pass_gbuffer(Painter *painter, const FrameView *view) {
     gl.StencilMask(STENCIL_MASK);
     gl.StencilOp(GL_KEEP, GL_KEEP, GL_REPLACE);
     gl.ClearBufferfi(GL_DEPTH_STENCIL, 0, 1.0f, 0);
+    if (painter->veiled) { /* sheer cloth reads the depth of what is behind it */
+        const GLuint far_away[4] = {0, 0x3f800000u, 0, 0};
+        gl.ClearBufferuiv(GL_COLOR, 0, far_away);
+    }
     gl.UseProgram(programs->prop_words);
     for (int i = 0; i < painter->def.prop_count; i++) {
         float matrix[16];
@@ -290,8 +304,11 @@ void pass_gbuffer(Painter *painter, const FrameView *view) {
     for (int i = 0; i < view->surface->part_count; i++) {
         const SurfacePart *part = &view->surface->parts[i];
         bool measured = painter->looks[i]->quantity != QUANTITY_NONE;
+        if (passes_is_sheer(painter, i)) {
+            continue;
+        }
         gl.UseProgram(measured ? programs->gbuffer_measured : programs->gbuffer);
-        gl.StencilFunc(GL_ALWAYS, stencil_of_cloth(i), STENCIL_MASK);
+        gl.StencilFunc(GL_ALWAYS, passes_stencil_of_cloth(i), STENCIL_MASK);
         if (!measured) {
             gl.Uniform2f(programs->gbuffer_panel_scale, (float)(1.0 / part->size[0]),
                          (float)(1.0 / part->size[1]));
@@ -302,8 +319,7 @@ void pass_gbuffer(Painter *painter, const FrameView *view) {
     gl.Disable(GL_DEPTH_TEST);
 }
 
-/* Shades the samples with this stencil value inside a box of the world. */
-static void shade_samples(const Painter *painter, int stencil, const StageBox *box) {
+void passes_shade(const Painter *painter, int stencil, const StageBox *box) {
     ScreenBox screen = screen_box_empty();
     screen_box_add(&screen, &painter->stage, box, 0.0);
     passes_scissor(&screen, painter->targets.layer, 1);
@@ -330,9 +346,11 @@ void pass_cloth(Painter *painter, const FrameView *view) {
     begin_shading(painter);
     gl.ClearBufferfv(GL_COLOR, 0, nothing);
     for (int i = 0; i < view->surface->part_count; i++) {
-        gl.UseProgram(painter->shading[i]);
-        gl.BindBufferBase(GL_UNIFORM_BUFFER, BLOCK_CLOTH, painter->cloth.blocks[i]);
-        shade_samples(painter, stencil_of_cloth(i), &view->cloth_box);
+        if (!passes_is_sheer(painter, i)) {
+            gl.UseProgram(painter->shading[i]);
+            gl.BindBufferBase(GL_UNIFORM_BUFFER, BLOCK_CLOTH, painter->cloth.blocks[i]);
+            passes_shade(painter, passes_stencil_of_cloth(i), &view->cloth_box);
+        }
     }
     end_shading();
 }
@@ -348,7 +366,7 @@ void pass_props(Painter *painter, const FrameView *view) {
         gl.UniformMatrix4fv(painter->programs.prop_world_model, 1, GL_FALSE, matrix);
         gl.BindBufferBase(GL_UNIFORM_BUFFER, BLOCK_PROP, painter->prop_buffers[i].block);
         if (!stage_box_is_empty(&box)) {
-            shade_samples(painter, stencil_of_prop(painter, i), &box);
+            passes_shade(painter, stencil_of_prop(painter, i), &box);
         }
     }
     end_shading();

@@ -8,7 +8,7 @@
 #include "render/stage.h"
 
 /* Texture units; the shaders' layout(binding) says the same. */
-enum { UNIT_INPUT, UNIT_LAYER, UNIT_FREE, UNIT_SHADOW, UNIT_OCCLUSION };
+enum { UNIT_INPUT, UNIT_LAYER, UNIT_BEFORE, UNIT_SHADOW, UNIT_OCCLUSION, UNIT_VEIL };
 
 /* Uniform blocks. */
 enum { BLOCK_STAGE, BLOCK_CLOTH, BLOCK_PROP };
@@ -34,9 +34,18 @@ typedef struct Targets {
     GLuint picture, picture_target;           /* full: RGBA8 */
 } Targets;
 
+/* What only films with sheer cloth have. Words: layers of it from the front, in turn. */
+typedef struct VeilTargets {
+    GLuint shadow, shadow_target;     /* depth from the key light of sheer cloth alone */
+    GLuint words[2], words_target[2]; /* layer: RGBA32UI G-buffer */
+    GLuint depth;                     /* layer: depth, stencil */
+    GLuint color, color_target;       /* layer: RGBA16F premultiplied, linear */
+} VeilTargets;
+
 typedef struct Programs {
     GLuint depth, linear, occlusion, blur, still, backdrop, soften, gbuffer, gbuffer_measured,
-        prop_words, prop, composite;
+        prop_words, prop, composite, gbuffer_veil, merge_veil;
+    GLint veil_panel_scale;
     GLint depth_model_clip, blur_direction, gbuffer_panel_scale, words_model_world,
         prop_world_model;
 } Programs;
@@ -73,6 +82,8 @@ struct Painter {
     Stage stage;
     GLuint stage_block;
     Targets targets;
+    bool veiled; /* some cloth is sheer */
+    VeilTargets veil;
     Programs programs;
     SurfaceBuffers cloth;
     PropBuffers *prop_buffers; /* (prop_count) */
@@ -100,6 +111,20 @@ void pass_gbuffer(Painter *painter, const FrameView *view);
 void pass_cloth(Painter *painter, const FrameView *view);
 void pass_props(Painter *painter, const FrameView *view);
 void pass_composite(Painter *painter);
+/* Stencil value of a cloth; 0 is nothing, the obstacles come after the cloths. */
+int passes_stencil_of_cloth(int cloth);
+/* Shades the samples with this stencil value inside a box of the world. */
+void passes_shade(const Painter *painter, int stencil, const StageBox *box);
+bool passes_is_sheer(const Painter *painter, int cloth);
+
+/* ---- veil.c: sheer cloth over everything else; only called when there is some ---- */
+bool veil_create_programs(Painter *painter, Error *error);
+void veil_create_targets(Painter *painter);
+void veil_destroy(Painter *painter);
+/* The map of its shadow, which only dims the key light. */
+void pass_veil_shadow(Painter *painter, const FrameView *view);
+/* Its layers from the front to the back, then over the picture. */
+void pass_veil(Painter *painter, const FrameView *view);
 
 /* ---- buffers.c: geometry in the driver ---- */
 void buffers_create_cloth(Painter *painter, const Surface *surface);

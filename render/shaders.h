@@ -24,6 +24,7 @@
     X(PROP_VERTEX, "prop.vert.glsl")                                                               \
     X(PROP_WORDS, "prop_words.frag.glsl")                                                          \
     X(PROP, "prop.frag.glsl")                                                                      \
+    X(VEIL, "veil.frag.glsl")                                                                      \
     X(COMPOSITE, "composite.frag.glsl")
 
 typedef enum ShaderName {

@@ -56,7 +56,7 @@ static void fill_nodes(Swatch *swatch) {
         material[2 * i] = a, material[2 * i + 1] = b;
         vec3_store(x + 3 * i, place(a, b));
         v[3 * i + 1] =
-            SWATCH_HEIGHT - b; /* it swings about its upper border, once round a second */
+            SWATCH_HEIGHT - a; /* it swings about its upper border, once round a second */
     }
     swatch->layout.material = swatch->layout.vertex_material = material;
     swatch->frame.x = x;

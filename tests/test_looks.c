@@ -6,6 +6,8 @@
 #include "render/command.h"
 #include "render/gl.h"
 #include "render/quantity.h"
+#include "render/swatch.h"
+#include "sim/base/hash.h"
 #include "tests/support/check.h"
 #include "tests/support/render_states.h"
 
@@ -238,6 +240,153 @@ static void test_names(void **state) {
     assert_non_null(strstr(error.text, "strain-warp"));
 }
 
+/* ---- swatches ---- */
+
+/* Places in a swatch, parts of width and height: one layer of the face, the turned corner, beside. */
+static const double FACE[2] = {0.415, 0.34}, BACK[2] = {0.54, 0.566}, BESIDE[2] = {0.29, 0.34};
+
+static Image draw_swatch(const Look *look, int width, int height) {
+    Image image = {0};
+    Error error = {0};
+    if (!swatch_draw_cloth(look, quality_find("standard"), SWATCH_WHOLE, width, height, &image,
+                           &error)) {
+        fail_msg("%s", error.text);
+    }
+    return image;
+}
+
+/* Mean of 5 x 5 pixels, 0..255. */
+static void mean_at(const Image *image, const double place[2], double rgb[3]) {
+    int x0 = (int)(place[0] * image->width) - 2, y0 = (int)(place[1] * image->height) - 2;
+    memset(rgb, 0, 3 * sizeof *rgb);
+    for (int i = 0; i < 25; i++) {
+        const uint8_t *p =
+            image->rgba + IMAGE_CHANNELS * ((y0 + i / 5) * image->width + x0 + i % 5);
+        for (int k = 0; k < 3; k++) {
+            rgb[k] += p[k] / 25.0;
+        }
+    }
+}
+
+static double difference_at(const Image *a, const double at_a[2], const Image *b,
+                            const double at_b[2]) {
+    double p[3], q[3], most = 0.0;
+    mean_at(a, at_a, p);
+    mean_at(b, at_b, q);
+    for (int k = 0; k < 3; k++) {
+        most = fmax(most, fabs(p[k] - q[k]));
+    }
+    return most;
+}
+
+/* How far green is on the way from one picture to the other, in display code. */
+static double opacity_at(const Image *image, const Image *none, const Image *all,
+                         const double place[2]) {
+    double at[3], from[3], to[3];
+    mean_at(image, place, at);
+    mean_at(none, place, from);
+    mean_at(all, place, to);
+    return (at[1] - from[1]) / (to[1] - from[1]);
+}
+
+static void test_every_look_draws(void **state) {
+    (void)state;
+    uint64_t seen[64];
+    for (int i = 0; i < look_count + prop_look_count; i++) {
+        Image image = {0};
+        if (i < look_count) {
+            image = draw_swatch(&looks[i], 160, 132);
+        } else {
+            assert_true(swatch_draw_prop(&prop_looks[i - look_count], quality_find("draft"), 160,
+                                         132, &image, NULL));
+        }
+        seen[i] = hash_bytes(image.rgba, (size_t)160 * 132 * IMAGE_CHANNELS);
+        for (int j = 0; j < i; j++) {
+            assert_true(seen[i] != seen[j]);
+        }
+        image_free(&image);
+    }
+}
+
+/* Bands much finer than a pixel become their mean: no moire, no flicker. */
+static void test_bands_fade(void **state) {
+    (void)state;
+    Look look = *look_find("breton", NULL), mean = look;
+    look.weft_bands.repeat = 0.0021f; /* [m]; a pixel holds 9 mm of cloth */
+    float part = look.weft_bands.second[1] - look.weft_bands.second[0];
+    for (int k = 0; k < 3; k++) {
+        mean.weft[k] += part * (look.second[k] - look.weft[k]);
+        mean.warp[k] = mean.weft[k];
+    }
+    mean.weft_bands.repeat = 0.0f;
+    Image banded = draw_swatch(&look, 80, 66), even = draw_swatch(&mean, 80, 66);
+    ImageDifference difference = image_compare(&banded, &even);
+    CHECK_AT_MOST(-difference.psnr, -45.0);
+    look.weft_bands.second[1] += 0.1f; /* the test can fail: another part of the second colour */
+    Image darker = draw_swatch(&look, 80, 66);
+    difference = image_compare(&darker, &even);
+    CHECK_AT_MOST(difference.psnr, 40.0);
+    image_free(&banded);
+    image_free(&even);
+    image_free(&darker);
+}
+
+static void test_sheer_cloth(void **state) {
+    (void)state;
+    Look look = *look_find("voile", NULL);
+    look.hem = 0;
+    Image usual = draw_swatch(&look, 320, 264);
+    look.cover = 0.999f;
+    Image dense = draw_swatch(&look, 320, 264);
+    look.cover = 1e-4f;
+    Image none = draw_swatch(&look, 320, 264);
+    look.cover = 0.0f;
+    Image opaque = draw_swatch(&look, 320, 264);
+    /* no gaps: as cloth that is drawn without layers, where no fold dims the light */
+    CHECK_AT_MOST(difference_at(&dense, FACE, &opaque, FACE), 6.0);
+    /* nothing but gaps: the backdrop, which changes little from left to right */
+    CHECK_AT_MOST(difference_at(&none, FACE, &none, BESIDE), 6.0);
+    double opacity = opacity_at(&usual, &none, &dense, FACE);
+    print_message("opacity of one layer %.2f\n", opacity);
+    assert_true(opacity > 0.5 && opacity < 0.75); /* 0.55 straight on, more at a slant */
+    image_free(&usual);
+    image_free(&dense);
+    image_free(&none);
+    image_free(&opaque);
+}
+
+static void test_sides_and_borders(void **state) {
+    (void)state;
+    Look look = *look_find("double-face", NULL);
+    Image image = draw_swatch(&look, 320, 264);
+    double face[3], back[3];
+    mean_at(&image, FACE, face);
+    mean_at(&image, BACK, back);
+    assert_true(face[0] > 2.0 * back[0] && face[0] > 1.5 * face[2]); /* camel, charcoal */
+    look.hem = 0;
+    Image plain = draw_swatch(&look, 320, 264);
+    ImageDifference hem = image_compare(&image, &plain);
+    assert_true(hem.share > 0.005 && hem.share < 0.2);
+    assert_true(difference_at(&image, FACE, &plain, FACE) == 0.0); /* far from any border */
+    image_free(&image);
+    image_free(&plain);
+}
+
+static void test_threads_follow_the_fabric(void **state) {
+    (void)state;
+    const Look *look = look_find("wool", NULL);
+    LookPanel panel = {.width = 0.8, .height = 0.6, .thickness = (double)look->thickness};
+    ClothBlock usual = look_cloth_block(look, &panel);
+    CHECK_NEAR((double)usual.warp[3], (double)look->ends, 0.02 * (double)look->ends);
+    panel.thickness *= 0.5;
+    ClothBlock thin = look_cloth_block(look, &panel);
+    CHECK_NEAR((double)thin.warp[3], 2.0 * (double)look->ends, 0.04 * (double)look->ends);
+    CHECK_NEAR((double)thin.weft[3], 2.0 * (double)look->picks, 0.04 * (double)look->picks);
+    panel.thickness = 1.0; /* no fabric: it is not spread out without end */
+    ClothBlock thick = look_cloth_block(look, &panel);
+    assert_true((double)thick.warp[3] > 0.35 * (double)look->ends);
+}
+
 static int set_up(void **state) {
     (void)state;
     Error error = {0};
@@ -269,6 +418,11 @@ int main(void) {
         cmocka_unit_test(test_colors_in_pictures),
         cmocka_unit_test(test_wrong_ranges),
         cmocka_unit_test(test_names),
+        cmocka_unit_test(test_every_look_draws),
+        cmocka_unit_test(test_bands_fade),
+        cmocka_unit_test(test_sheer_cloth),
+        cmocka_unit_test(test_sides_and_borders),
+        cmocka_unit_test(test_threads_follow_the_fabric),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }

@@ -18,7 +18,7 @@ layout(std140, binding = 1) uniform ClothMaterial {
     vec4 second;  // rgb: albedo of bands; w: repeat of the warp's bands [m], 0: none
     vec4 third;   // rgb: albedo of bands; w: repeat of the weft's bands [m]
     vec4 warp_bands, weft_bands; // begin, end of the second and third colour, parts of the repeat
-    vec4 border;  // x: width of the hem; y: width of the selvedge [m], 0: none
+    vec4 border;  // x: width of the hem; y: width of the selvedge [m], 0: none; z: cover of sheer cloth
     vec4 seam;    // rgb: albedo of stitches
 };
 
@@ -216,5 +216,12 @@ void main() {
     vec3 through = key_color.rgb * key * max(-facing, 0.0) +
                    0.5 * rim_color.rgb * max(-dot(g.normal, rim_light.xyz), 0.0);
     color += thread.z / (t.layers * t.layers) * t.albedo / PI * through;
+#ifdef VEIL
+    // seen at a slant, threads cover more: 1 - (1 - cover)^(1 / cos)
+    float slant = max(saturate(dot(g.normal, v)), 0.12);
+    float alpha = 1.0 - pow(1.0 - border.z, t.layers / slant);
+    result = vec4(srgb_decode(tone_map(color)) * alpha, alpha);
+#else
     result = vec4(tone_map(color), 1.0);
+#endif
 }

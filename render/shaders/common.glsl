@@ -22,7 +22,7 @@ layout(std140, binding = 0) uniform Stage {
     vec4 cove;         // x: where along `wall` the floor begins to rise [m]; y: radius [m]; z: 1 = floor drawn
     vec4 centre;       // xyz: what the camera looks at; w: half height of the view there [m], "the scale"
     vec4 shadow;       // x: width of a texel [m]; y: depth range [m]; z: texels; w: receiver offset [m]
-    vec4 size;         // xy: output [px]; z: samples along a pixel side
+    vec4 size;         // xy: output [px]; z: samples along a pixel side; w: light that sheer cloth takes
 };
 
 const float PI = 3.14159265;

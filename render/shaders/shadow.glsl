@@ -21,18 +21,18 @@ vec2 disc_tap(int i, int count) {
     return radius * vec2(cos(angle), sin(angle));
 }
 
-// The part of the key light that reaches p. `towards`: unit normal on the side of the light;
-// search: [texel] radius of the search for blockers, also the widest penumbra; turn: 0..1.
-float shadow_key(vec3 p, vec3 towards, float search, float turn) {
-    vec3 q = (world_light * vec4(p + towards * shadow.w, 1.0)).xyz;
-    float texel = 1.0 / shadow.z;
+#ifdef VEILED
+layout(binding = 5) uniform sampler2D veil_map; // the same of sheer cloth
+#endif
+
+// The part of the key light that passes the casters of a map. q: place in it; search: [texel]
+// radius of the search for blockers, also the widest penumbra; turned: the taps' frame.
+float shadow_part(sampler2D map, vec3 q, float search, mat2 turned) {
     float reference = q.z - SHADOW_EPSILON;
     float limit = min(reference, 0.9999); // beyond the map's far side nothing blocks but casters
-    float c = cos(turn * TAU), s = sin(turn * TAU);
-    mat2 turned = mat2(c, s, -s, c) * texel;
     float sum = 0.0, blockers = 0.0;
     for (int i = 0; i < BLOCKER_TAPS; i++) {
-        float z = textureLod(shadow_map, q.xy + turned * (disc_tap(i, BLOCKER_TAPS) * search), 0.0).r;
+        float z = textureLod(map, q.xy + turned * (disc_tap(i, BLOCKER_TAPS) * search), 0.0).r;
         float blocks = z < limit ? 1.0 : 0.0;
         sum += blocks * z;
         blockers += blocks;
@@ -41,10 +41,24 @@ float shadow_key(vec3 p, vec3 towards, float search, float turn) {
     float radius = clamp(gap * LIGHT_WIDTH / shadow.x, NARROWEST, search);
     float lit = 0.0;
     for (int i = 0; i < FILTER_TAPS; i++) {
-        float z = textureLod(shadow_map, q.xy + turned * (disc_tap(i, FILTER_TAPS) * radius), 0.0).r;
+        float z = textureLod(map, q.xy + turned * (disc_tap(i, FILTER_TAPS) * radius), 0.0).r;
         lit += z < limit ? 0.0 : 1.0;
     }
     return blockers > 0.0 ? lit / float(FILTER_TAPS) : 1.0;
+}
+
+// The part of the key light that reaches p. `towards`: unit normal on the side of the light;
+// search: as above; turn: 0..1.
+float shadow_key(vec3 p, vec3 towards, float search, float turn) {
+    vec3 q = (world_light * vec4(p + towards * shadow.w, 1.0)).xyz;
+    float texel = 1.0 / shadow.z;
+    float c = cos(turn * TAU), s = sin(turn * TAU);
+    mat2 turned = mat2(c, s, -s, c) * texel;
+    float lit = shadow_part(shadow_map, q, search, turned);
+#ifdef VEILED
+    lit *= 1.0 - size.w * (1.0 - shadow_part(veil_map, q, search, turned));
+#endif
+    return lit;
 }
 
 // Occlusion at `place` (0..1 over the image), taking only neighbours of about depth z [m].

@@ -108,18 +108,31 @@ Weave weave_knit(vec2 loops, bool back) {
     return w;
 }
 
+// Fibres that stand up or lie matted: no direction, only an uneven height.
+Weave weave_pile(vec2 threads) {
+    const float finer = 1.7;
+    vec2 p = threads * finer;
+    float here = noise_smooth(p) + 0.6 * noise_smooth(p.yx * 2.3 + 31.0);
+    float along_u = noise_smooth(p + vec2(0.35, 0.0)) + 0.6 * noise_smooth(p.yx * 2.3 + vec2(31.0, 31.8));
+    float along_v = noise_smooth(p + vec2(0.0, 0.35)) + 0.6 * noise_smooth(p.yx * 2.3 + vec2(31.8, 31.0));
+    Weave w;
+    w.over = 1.0;
+    w.tilt = vec2(here - along_u, here - along_v) * 1.6;
+    w.crown = clamp(0.83 + 0.45 * here, 0.0, 1.0);
+    w.tint = 1.0;
+    return w;
+}
+
 // reach: how many threads a pattern's smallest visible feature spans.
 Weave weave_at(vec2 threads, float threads_per_sample, float reach, bool back) {
 #if WEAVE == WEAVE_KNIT
     Weave w = weave_knit(threads, back);
+#elif WEAVE == WEAVE_PILE
+    Weave w = weave_pile(threads);
 #else
     Weave w = weave_threads(threads, back);
 #endif
-#if WEAVE == WEAVE_PILE
-    w.lod = 1.0;
-#else
     w.lod = smoothstep(LOD_BEGIN * reach, LOD_END * reach, threads_per_sample);
-#endif
     return w;
 }
 
@@ -136,6 +149,9 @@ float weave_bands(float x, float width, float repeat, vec2 band) {
 float weave_streak_octave(vec2 metres, float width) {
     const float length_ratio = 22.0; // how long a streak is
     vec2 p = metres / width;
+#if WEAVE == WEAVE_PILE // no yarn: clouds instead of streaks
+    return 0.6 * noise_smooth(p * 0.5) + 0.4 * noise_smooth(p.yx * 0.23 + 400.0);
+#endif
     float along_u = noise_smooth(vec2(p.x / length_ratio, p.y));
     float along_v = noise_smooth(vec2(p.x, p.y / length_ratio) + 400.0);
     return 0.5 * (along_u + along_v);
