@@ -89,7 +89,7 @@ static void walk(double points[][3], int first, int last, double t, double lab[3
 }
 
 void colormap_color(const ColorMap *map, double t, double rgb[3]) {
-    double points[MOST_CONTROLS][3], lab[3];
+    double points[MOST_CONTROLS][3] = {{0}}, lab[3] = {0};
     int last = map->count - 1, middle = last / 2;
     for (int i = 0; i <= last; i++) {
         double color[3];
