@@ -370,7 +370,7 @@ static void test_plate(void **unused) {
     const double exact[6] = {13.468197, 19.596137, 24.270201, 34.80089, 34.80089, 61.093};
     double f[2][6], worst[2] = {0};
     for (int k = 0; k < 2; k++) {
-        plate_frequencies(k == 0 ? 21 : 41, 6, f[k]);
+        plate_frequencies("mlpg", k == 0 ? 21 : 41, 6, f[k]);
         for (int i = 0; i < 6; i++) {
             worst[k] = fmax(worst[k], fabs(f[k][i] / exact[i] - 1.0));
         }

@@ -46,6 +46,9 @@ static void make_cases(void) {
     scattered.spacing = 0.015;
     scattered.jitter = 0.25;
     add_case("scattered", scattered, 0);
+    ClothDef triangles = cloths_rectangle(0.09, 0.1, 7, 6, f);
+    triangles.membrane = MEMBRANE_TRIANGLES;
+    add_case("strain of triangles", triangles, 1);
     add_case("square cells", cloths_rectangle(0.09, 0.075, 7, 6, f), 0);
 }
 
@@ -171,11 +174,14 @@ static Exact exactness(const Case *c, const ClothModel *model) {
     BendingKind bending = c->def.bending;
     bool deferred = bending == BENDING_RBF && !c->def.scattered;
     bool kink = bending == BENDING_CHOI_KO || bending == BENDING_CHORD;
+    bool turns = bending == BENDING_TENSOR || bending == BENDING_HINGE;
+    bool rests = c->def.shape.kind != SHAPE_SLEEVE || c->def.shape.rest_curved;
     bool strains = strcmp(model->name, "springs") != 0;
-    if (deferred || kink || (strains && c->def.kinematics != KINEMATICS_GREEN)) {
+    if (deferred || kink || (turns && !rests) ||
+        (strains && c->def.kinematics != KINEMATICS_GREEN)) {
         return NOT_EXACT;
     }
-    return c->def.shape.rest_curved ? EXACT_AT_REST : EXACT;
+    return turns || c->def.shape.rest_curved ? EXACT_AT_REST : EXACT;
 }
 
 /* K d from the assembled matrix against differences of the gradient, for solved nodes */

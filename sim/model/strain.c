@@ -26,6 +26,12 @@ const StrainKind strain_scattered = {.slope_count = 5,
                                                {{1, 3, 1.0}, {0, 4, 1.0}}},
                                      .rest = {0.5, 0.5}};
 
+/* slopes 0 F1, 1 F2 */
+const StrainKind strain_triangle = {.slope_count = 2,
+                                    .strain_count = 3,
+                                    .terms = {{{0, 0, 0.5}}, {{1, 1, 0.5}}, {{0, 1, 1.0}}},
+                                    .rest = {0.5, 0.5}};
+
 typedef double Slopes[STRAIN_MAX_SLOPES][3];
 
 static void slopes_of(const StrainSamples *s, int sample, const double *x, Slopes v) {
@@ -58,10 +64,13 @@ static void quadratic_strains(const StrainKind *kind, Slopes v, double *strain) 
 }
 
 static void stress_of(const StrainSamples *s, int sample, const double *strain, double *stress) {
-    const double *glass = s->hourglass + 3 * (size_t)sample;
     stress[0] = s->c11 * strain[0] + s->c12 * strain[1];
     stress[1] = s->c12 * strain[0] + s->c22 * strain[1];
     stress[2] = s->c66 * strain[2];
+    if (s->kind == &strain_triangle) {
+        return;
+    }
+    const double *glass = s->hourglass + 3 * (size_t)sample;
     if (s->kind == &strain_lattice) {
         stress[3] = glass[0] * strain[3];
         stress[4] = glass[0] * strain[4];
@@ -281,7 +290,7 @@ FIXED_SIZES slope_hessian(const StrainSamples *s, int sample, Slopes v, const do
         }
     }
     for (int j = 0; j < size; j++) {
-        double column[STRAIN_MAX_STRAINS];
+        double column[STRAIN_MAX_STRAINS] = {0};
         for (int k = 0; k < strains; k++) {
             column[k] = b[k][j];
         }
@@ -348,6 +357,8 @@ void strain_add_hessian(const StrainSamples *samples, const double *x, const dou
                         bool definite, double *values) {
     if (samples->kind == &strain_lattice) {
         add_hessian(samples, x, stress, definite, 3, 5, values);
+    } else if (samples->kind == &strain_triangle) {
+        add_hessian(samples, x, stress, definite, 2, 3, values);
     } else {
         add_hessian(samples, x, stress, definite, 5, 9, values);
     }

@@ -4,7 +4,8 @@
  * Every strain is bilinear in slopes,   s_k = sum over terms c (v_p . v_q) - s0_k,
  * and the energy is  W = A/2 s' C s.  Lattice samples (mlpg.md 1.3): slopes F1, F2 and the twist
  * k12; strains E11, E22, g12 and the two hourglass strains F1.k12, F2.k12. Scattered samples:
- * slopes F1, F2, k11, k12, k22; strains E11, E22, g12 and the six gradients E_ab,c.
+ * slopes F1, F2, k11, k12, k22; strains E11, E22, g12 and the six gradients E_ab,c. Triangles:
+ * slopes F1, F2; strains E11, E22, g12.
  */
 #ifndef TOILE_MODEL_STRAIN_H
 #define TOILE_MODEL_STRAIN_H
@@ -26,7 +27,7 @@ typedef struct StrainKind {
     double rest[STRAIN_MAX_STRAINS];
 } StrainKind;
 
-extern const StrainKind strain_lattice, strain_scattered;
+extern const StrainKind strain_lattice, strain_scattered, strain_triangle;
 
 typedef struct StrainSamples {
     const StrainKind *kind;
@@ -37,7 +38,8 @@ typedef struct StrainSamples {
     double *area;              /* [m2] (sample_count) */
     double c11, c12, c22, c66; /* [N/m] membrane */
     double *hourglass;         /* [N/m ...] (sample_count x 3): lattice: k_h A/12, 0, 0;
-                            scattered: k_h times the second moments M11, M12, M22 [m2] */
+                            scattered: k_h times the second moments M11, M12, M22 [m2];
+                            triangles: NULL */
     bool corotational;         /* membrane stress from U - I instead of (F'F - I)/2 */
     int node_limit;            /* nodes from here on are ghosts: no Hessian */
     BlockPlace *places;        /* lower pairs of every sample, in order (see strain_bind) */

@@ -48,9 +48,18 @@ typedef enum BendingKind {
     BENDING_CHOI_KO, /* springs between second neighbours that push like a buckled strip */
     BENDING_CHORD,   /* the same, with the moment of a linear hinge at every angle */
     BENDING_PROVOT,  /* linear springs between second neighbours */
+    BENDING_TENSOR,  /* triangles: curvature tensor from the turns of three edges */
+    BENDING_HINGE,   /* triangles: each edge turns by itself */
     BENDING_COUNT
 } BendingKind;
 extern const char *const bending_words[]; /* by BendingKind; NULL-terminated */
+
+/* Where triangles sample the membrane strain. */
+typedef enum MembraneKind {
+    MEMBRANE_AUTO,  /* pairs on lattices, triangles elsewhere */
+    MEMBRANE_PAIRS, /* both triangles of a lattice cell share one sample: folds lock less */
+    MEMBRANE_TRIANGLES
+} MembraneKind;
 
 /* How springs give way in compression. */
 typedef enum BuckleKind {
@@ -88,6 +97,7 @@ typedef struct ClothDef {
     KinematicsKind kinematics; /* green */
     BendingKind bending;       /* auto */
     BuckleKind buckling;       /* of model springs; elastica */
+    MembraneKind membrane;     /* of model triangles; auto */
 } ClothDef;
 
 typedef enum HandleKind {

@@ -12,7 +12,9 @@
 
 static const char *const rest_words[] = {"flat", "curved", NULL};
 static const char *const kinematics_words[] = {"green", "corotational", NULL};
-const char *const bending_words[] = {"auto", "stencil", "rbf", "choi_ko", "chord", "provot", NULL};
+const char *const bending_words[] = {"auto",   "stencil", "rbf",   "choi_ko", "chord",
+                                     "provot", "tensor",  "hinge", NULL};
+static const char *const membrane_words[] = {"auto", "pairs", "triangles", NULL};
 static const char *const buckle_words[] = {"elastica", "arc", "quartic", "none", NULL};
 
 typedef struct PolygonKeys {
@@ -217,6 +219,8 @@ static const Field cloth_fields[] = {
      .help = "curvature; each model knows some of these"},
     {"buckling", FIELD_WORD, AT(buckling), .words = buckle_words,
      .help = "how springs give way in compression"},
+    {"membrane", FIELD_WORD, AT(membrane), .words = membrane_words,
+     .help = "strain of triangles: of pairs (lattices), or of each"},
     {"look", FIELD_NAME, AT(look), .min = 2, .help = "in the picture; default: that of the film"},
     {0}};
 

@@ -133,10 +133,11 @@ void swing_make(Bench *b, int nodes) {
 }
 
 /* dense generalised eigenproblem K w = omega^2 M w of the bending matrix, one component */
-void plate_frequencies(int nodes, int count, double *frequencies) {
+void plate_frequencies(const char *model, int nodes, int count, double *frequencies) {
     Bench b;
     start_bench(&b);
     b.cloth = cloths_rectangle(1.0, 1.0, nodes, nodes, cloths_fabric(1.0, 1e3, 0.3, 1.0, 0.3));
+    b.cloth.model = model;
     bench_build(&b, 0);
     const Cloth *cloth = &b.system.cloths[0];
     int n = cloth->node_count;

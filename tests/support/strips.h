@@ -56,6 +56,6 @@ void bench_build_seeded(Bench *bench, int handle_count, uint64_t seed);
 void swing_make(Bench *bench, int nodes);
 
 /* First `count` elastic frequencies of a free plate with nu = 0.3, in units sqrt(D/rho)/L^2. */
-void plate_frequencies(int nodes, int count, double *frequencies);
+void plate_frequencies(const char *model, int nodes, int count, double *frequencies);
 
 #endif

@@ -1,0 +1,71 @@
+/* hinges.h: bending of triangle meshes by the angles between neighbouring triangles.
+ *
+ * An edge turns by theta (zero when flat, positive when its outer corners rise along the normal).
+ * An element measures curvatures k = sum over its edges of c (theta - theta0) and stores
+ * A/2 k' D k. Two kinds of elements:
+ *   tensor: a triangle with its three edges, c = l w/A (m1 m1, m2 m2, 2 m1 m2), m the edge's normal
+ *           in the cloth, w the triangle's share of the edge. On lattices with one diagonal and on
+ *           equilateral meshes exact for uniform curvature;
+ *   hinge:  one edge, with the rigidity across it, B(m) l^2/(A1 + A2): what is usually called
+ *           bending, and no plate: up to 3 times too stiff by direction, and no better when refined.
+ * A free border edge has no moment across it: D is condensed. A clamped one turns against the wall,
+ * over half a length: full share.
+ */
+#ifndef TOILE_MODEL_HINGES_H
+#define TOILE_MODEL_HINGES_H
+
+#include "sim/model/model.h"
+
+typedef struct HingeEdge {
+    int node[5];     /* ends, opposite corners left and right; a wall: two ghosts on the right; else
+                         the last is -1 */
+    int triangle[2]; /* left, right; -1: border */
+    bool wall;       /* clamped border */
+    double length;   /* [m] at rest */
+    double normal[2]; /* unit, to the right, in the cloth */
+    double rest;      /* [rad] theta0 */
+} HingeEdge;
+
+enum { HINGE_NODES = 6 };
+
+typedef struct HingeElement {
+    int edge_count, edge[3];
+    double c[3][3];          /* of each edge */
+    double d[6];             /* A times D11 D12 D13 D22 D23 D33 */
+    int node_count;          /* unknowns only */
+    int node[HINGE_NODES];   /* */
+    signed char local[3][4]; /* edge corners among them; -1: a ghost */
+    int place;               /* first of node_count (node_count + 1) / 2 places */
+} HingeElement;
+
+/* An edge at some x. */
+typedef struct HingeTurn {
+    Vec3 up[2];     /* [1/m] unit normals of both triangles / their heights */
+    double foot[2]; /* of the heights, along the edge, 0 .. 1 */
+    double angle;   /* [rad] theta - theta0 */
+} HingeTurn;
+
+typedef struct Hinges {
+    int edge_count, element_count;
+    HingeEdge *edges;
+    HingeElement *elements;
+    HingeTurn *turns; /* (edge_count) of the last call */
+    double *moment;   /* [N m] (edge_count) */
+    BlockPlace *places;
+} Hinges;
+
+/* `triangles`: (triangle_count x 3) anticlockwise in material space. */
+Hinges hinges_create(const Cloth *cloth, const int *triangles, int triangle_count, bool tensor,
+                     Arena *arena);
+
+/* [m] from node a to b in material space; the nearest image on a sleeve */
+void hinges_difference(const Panel *panel, int a, int b, double d[2]);
+
+double hinges_energy(const Hinges *hinges, const double *x);
+void hinges_add_gradient(const Hinges *hinges, const double *x, double *gradient);
+int hinges_couple(const Hinges *hinges, int *pairs);
+void hinges_bind(Hinges *hinges, const BlockMatrix *matrix, int first, Arena *arena);
+/* J'DJ; what the moments do to the second derivative of the angles is left out. */
+void hinges_add_hessian(const Hinges *hinges, const double *x, double *values);
+
+#endif
