@@ -1,4 +1,5 @@
-/* central.c: velocity Verlet (central difference), the explicit road. */
+/* central.c: velocity Verlet (central difference), the explicit road; and symplectic Euler, which
+ * takes whole kicks. */
 #include <math.h>
 #include <string.h>
 
@@ -19,6 +20,7 @@ typedef struct Central {
     Explicit *engine;
     State trial;
     unsigned char *held; /* (place_count) */
+    bool symplectic_euler;
 } Central;
 
 static bool create(const System *system, void **data, Error *error) {
@@ -29,6 +31,12 @@ static bool create(const System *system, void **data, Error *error) {
     central->trial = state_allocate(system, system->arena);
     *data = central;
     return true;
+}
+
+static bool create_symplectic_euler(const System *system, void **data, Error *error) {
+    bool ok = create(system, data, error);
+    ((Central *)*data)->symplectic_euler = true;
+    return ok;
 }
 
 static double box_point_distance(Vec3 low, Vec3 high, Vec3 p) {
@@ -163,6 +171,7 @@ static bool advance(const System *system, void *data, State *state, double time_
     for (int halvings = 0; halvings <= STEP_MAX_HALVINGS; halvings++) {
         ExplicitRun run = {.steps = (int)fmax(1.0, ceil(interval / longest - 1e-9))};
         run.dt = interval / run.steps;
+        run.symplectic_euler = central->symplectic_euler;
         state_copy(system, &central->trial, state);
         result = explicit_interval(central->engine, &run, &central->trial);
         if (step_interrupted) {
@@ -179,16 +188,23 @@ static bool advance(const System *system, void *data, State *state, double time_
         statistics->retries++;
         longest = 0.5 * run.dt;
     }
-    return error_set(
-        error, EXIT_DIFFERS,
-        "central: no step down to %.2g s keeps the energy from t = %g s on (it rose by "
-        "%.3g J more than the work done)",
-        longest, state->time, result.energy_gain - result.work);
+    return error_set(error, EXIT_DIFFERS,
+                     "%s: no step down to %.2g s keeps the energy from t = %g s on (it rose by "
+                     "%.3g J more than the work done)",
+                     central->symplectic_euler ? "symplectic_euler" : "central", longest,
+                     state->time, result.energy_gain - result.work);
 }
 
 const Stepper stepper_central = {
     .name = "central",
     .about = "central differences (velocity Verlet) at 0.8 of the stability limit",
     .create = create,
+    .advance = advance,
+};
+
+const Stepper stepper_symplectic_euler = {
+    .name = "symplectic_euler",
+    .about = "whole kicks and drifts in turn, first order, with contact",
+    .create = create_symplectic_euler,
     .advance = advance,
 };

@@ -439,7 +439,7 @@ static bool kill_at_peak(Explicit *e, const ExplicitRun *run, double *kinetic_be
 
 static void run_steps(Explicit *e, const ExplicitRun *run, const State *state,
                       ExplicitResult *result) {
-    double share = 0.5, kinetic = 0.0;
+    double share = run->symplectic_euler ? 1.0 : 0.5, kinetic = 0.0;
     for (int s = 0; s < run->steps && !step_interrupted; s++) {
         double time_end = run->kinetic_damping ? state->time : state->time + (s + 1) * run->dt;
         kick_with_contact(e, run->dt, share, time_end);
@@ -459,7 +459,9 @@ static void run_steps(Explicit *e, const ExplicitRun *run, const State *state,
         stop_all(e);
         return;
     }
-    kick_with_contact(e, run->dt, 0.5, state->time + (run->steps + 1) * run->dt);
+    if (!run->symplectic_euler) {
+        kick_with_contact(e, run->dt, 0.5, state->time + (run->steps + 1) * run->dt);
+    }
 }
 
 static double total_energy(Explicit *e, double dt, const State *state, double *scale,

@@ -14,6 +14,7 @@ typedef struct Explicit Explicit;
 typedef struct ExplicitRun {
     int steps;
     double dt;             /* [s] */
+    bool symplectic_euler; /* whole kicks, each before its drift: first order */
     bool kinetic_damping;  /* all velocities to zero whenever the kinetic energy falls */
     double kinetic_target; /* [J] kinetic damping stops when the energy at a kill is below */
 } ExplicitRun;
