@@ -34,6 +34,7 @@ SolverDef solver_default(void) {
     return (SolverDef){.stepper = "auto",
                        .newton_iterations = 2,
                        .courant = 0.8,
+                       .tolerance = 1e-5,
                        .self_contact = true,
                        .lag = 1.0};
 }
@@ -72,6 +73,8 @@ static const Field solver_fields[] = {
      .max = 1000, .help = "of an implicit step"},
     {"courant", FIELD_NUMBER, offsetof(SolverDef, courant), .unit = "", .min = 0.01, .max = 1.0,
      .help = "explicit step / its stability limit"},
+    {"tolerance", FIELD_NUMBER, offsetof(SolverDef, tolerance), .unit = "m", .min = 1e-12,
+     .max = 0.1, .help = "error of one step of a stepper that controls it (rk45)"},
     {"contact_distance", FIELD_NUMBER, offsetof(SolverDef, contact_distance), .unit = "m",
      .min = 1e-6, .max = 0.1, .word = "auto", .word_value = 0.0,
      .help = "distance kept between cloth and obstacles or cloth; auto: from the thickness"},

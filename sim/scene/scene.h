@@ -154,6 +154,7 @@ typedef struct SolverDef {
     double step;             /* [s] time step; 0 = the stepper's own choice */
     int newton_iterations;   /* per implicit step; 2 */
     double courant;          /* explicit step / stability limit; 0.8 */
+    double tolerance;        /* [m] error of one step that rk45 accepts; 1e-5 */
     double contact_distance; /* [m] distance kept from obstacles and other cloth; 0 = from the
                                 thickness */
     bool self_contact;       /* cloth meets itself and other cloth; true */

@@ -5,9 +5,24 @@
 
 volatile int step_interrupted = 0;
 
-const Stepper *const steppers[] = {
-    &stepper_central, &stepper_bdf2, &stepper_backward_euler, &stepper_static, NULL,
-};
+/* one line a stepper */
+#define STEPPERS(STEPPER)                                                                          \
+    STEPPER(central)                                                                               \
+    STEPPER(bdf2)                                                                                  \
+    STEPPER(backward_euler)                                                                        \
+    STEPPER(static)                                                                                \
+    STEPPER(symplectic_euler)                                                                      \
+    STEPPER(forward_euler)                                                                         \
+    STEPPER(midpoint)                                                                              \
+    STEPPER(rk4)                                                                                   \
+    STEPPER(rk45)                                                                                  \
+    STEPPER(one_solve)                                                                             \
+    STEPPER(relaxation)
+
+#define DECLARE(name) extern const Stepper stepper_##name;
+#define LIST(name) &stepper_##name,
+STEPPERS(DECLARE)
+const Stepper *const steppers[] = {STEPPERS(LIST) NULL};
 
 /* [m2/s2] explicit pays below this wave speed squared of the membrane (explicit.md 7) */
 #define AUTO_STIFFEST 2e6

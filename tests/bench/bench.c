@@ -25,7 +25,8 @@ static void write_number(double value) {
 }
 
 void bench_write(BenchRow row) {
-    fprintf(results, "%s,%s,mlpg,%s,%d,", row.suite, row.name, row.stepper, row.nodes);
+    const char *model = row.model ? row.model : "mlpg";
+    fprintf(results, "%s,%s,%s,%s,%d,", row.suite, row.name, model, row.stepper, row.nodes);
     write_number(row.dt);
     fprintf(results, "%s,", row.quantity);
     write_number(row.value);
@@ -34,9 +35,9 @@ void bench_write(BenchRow row) {
     write_number(row.cpu);
     fprintf(results, "%s\n", row.note ? row.note : "");
     fflush(results);
-    printf("%-10s %-26s %-15s n %-6d dt %-10.3g %-18s %-12.6g error %-10.3g cpu %-9.4g %s\n",
-           row.suite, row.name, row.stepper, row.nodes, row.dt, row.quantity, row.value, row.error,
-           row.cpu, row.note ? row.note : "");
+    printf("%-10s %-20s %-9s %-16s n %-6d dt %-10.3g %-18s %-12.6g error %-10.3g cpu %-9.4g %s\n",
+           row.suite, row.name, model, row.stepper, row.nodes, row.dt, row.quantity, row.value,
+           row.error, row.cpu, row.note ? row.note : "");
     fflush(stdout);
 }
 

@@ -10,6 +10,7 @@ typedef struct BenchRow {
     int nodes;
     double dt, value, reference, error, cpu;
     const char *note;
+    const char *model; /* NULL: mlpg */
 } BenchRow;
 
 typedef struct BenchSuite {

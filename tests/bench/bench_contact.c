@@ -82,7 +82,7 @@ static void write_rows(const char *name, int nodes, const Play *play, double sec
              crossings, total->steps, total->impulses, total->truncations,
              1e3 * total->smallest_gap, 1e3 * total->smallest_self_gap);
     bench_write((BenchRow){"contact", name, "central", "cpu_per_second", nodes, total->step_length,
-                           cpu / seconds, most, NAN, cpu, note});
+                           cpu / seconds, most, NAN, cpu, note, NULL});
 }
 
 static void run_drape(const Drape *d) {
@@ -101,7 +101,7 @@ static void run_drape(const Drape *d) {
     long crossings = judge(&play, d->seconds, &cpu);
     write_rows(d->name, d->nodes, &play, d->seconds, d->most, cpu, crossings);
     bench_write((BenchRow){"contact", d->name, "central", "side_strain", d->nodes, NAN,
-                           side_strain(&play, d->nodes), 0.04, NAN, NAN, "at the end"});
+                           side_strain(&play, d->nodes), 0.04, NAN, NAN, "at the end", NULL});
     play_end(&play);
 }
 

@@ -29,7 +29,7 @@ static void run_cantilever(void) {
                 snprintf(note, sizeof note, "%s Newton; %d iterations; status %d",
                          variant == 2 ? "plain" : "mixed-point", r.iterations, (int)r.status);
                 bench_write((BenchRow){"cantilever", name, "static", "tip_drop", nodes[k], NAN,
-                                       r.tip_drop, NAN, r.error, bench_cpu() - cpu, note});
+                                       r.tip_drop, NAN, r.error, bench_cpu() - cpu, note, NULL});
             }
         }
     }
@@ -37,92 +37,6 @@ static void run_cantilever(void) {
 
 const BenchSuite bench_cantilever = {"cantilever", "heavy elastica, static, from flat",
                                      run_cantilever};
-
-/* ---- swing: time error and CPU over stepper and step ---- */
-
-enum { SWING_FRAMES = 30 }; /* output intervals in 1 s */
-
-/* positions after 1 s into x; CPU of stepping alone */
-static double swing_run(int nodes, const char *stepper, double step, double courant, int iterations,
-                        double *x, double *energy_gain) {
-    Bench b;
-    swing_make(&b, nodes);
-    b.scene.solver.stepper = stepper;
-    b.scene.solver.step = step;
-    b.scene.solver.courant = courant;
-    b.scene.solver.newton_iterations = iterations;
-    const Stepper *s = stepper_find(stepper);
-    void *data;
-    Error error = {0};
-    s->create(&b.system, &data, &error);
-    State state = state_allocate(&b.system, &b.arena);
-    unsigned char *held = arena_push(&b.arena, unsigned char, b.system.place_count);
-    state_start(&b.system, &state);
-    system_mark_held(&b.system, 0, held);
-    double start =
-        system_elastic_energy(&b.system, state.x) + system_gravity_energy(&b.system, state.x, held);
-    double cpu = bench_cpu();
-    for (int f = 1; f <= SWING_FRAMES; f++) {
-        Statistics statistics = {.smallest_gap = INFINITY};
-        if (!s->advance(&b.system, data, &state, (double)f / SWING_FRAMES, &statistics, &error)) {
-            printf("swing: %s\n", error.text);
-            break;
-        }
-    }
-    cpu = bench_cpu() - cpu;
-    *energy_gain = system_kinetic_energy(&b.system, state.v, held) +
-                   system_elastic_energy(&b.system, state.x) +
-                   system_gravity_energy(&b.system, state.x, held) - start;
-    memcpy(x, state.x, 3 * (size_t)nodes * (size_t)nodes * sizeof *x);
-    if (s->destroy) {
-        s->destroy(data);
-    }
-    arena_free(&b.arena);
-    return cpu;
-}
-
-static double rms(const double *a, const double *b, int nodes) {
-    double sum = 0.0;
-    for (int i = 0; i < 3 * nodes * nodes; i++) {
-        sum += (a[i] - b[i]) * (a[i] - b[i]);
-    }
-    return sqrt(sum / (nodes * nodes));
-}
-
-static void run_swing(void) {
-    enum { N = 26 };
-    static double reference[3 * N * N], x[3 * N * N];
-    double gain, cpu = swing_run(N, "central", 0, 0.05, 2, reference, &gain);
-    bench_write((BenchRow){"swing", "reference", "central", "rms_error", N, NAN, 0, NAN, 0, cpu,
-                           "courant 0.05"});
-    const double courants[3] = {0.8, 0.4, 0.2};
-    for (int k = 0; k < 3; k++) {
-        char note[64];
-        cpu = swing_run(N, "central", 0, courants[k], 2, x, &gain);
-        snprintf(note, sizeof note, "courant %g; energy gain %.3g J", courants[k], gain);
-        bench_write((BenchRow){"swing", "T=1s", "central", "rms_error", N, NAN,
-                               rms(x, reference, N), NAN, rms(x, reference, N), cpu, note});
-    }
-    const double steps[4] = {1.0 / 30, 1.0 / 60, 1.0 / 120, 1.0 / 240};
-    for (int iterations = 1; iterations <= 3; iterations++) {
-        for (int k = 0; k < 4; k++) {
-            for (int euler = 0; euler < 2; euler++) {
-                const char *stepper = euler ? "backward_euler" : "bdf2";
-                if (euler && iterations != 2) {
-                    continue;
-                }
-                char note[80];
-                cpu = swing_run(N, stepper, steps[k], 0.8, iterations, x, &gain);
-                snprintf(note, sizeof note, "%d iterations; energy gain %.3g J", iterations, gain);
-                bench_write((BenchRow){"swing", "T=1s", stepper, "rms_error", N, steps[k],
-                                       rms(x, reference, N), NAN, rms(x, reference, N), cpu, note});
-            }
-        }
-    }
-}
-
-const BenchSuite bench_swing = {"swing", "1 m sheet released at 60 degrees, n = 26, 1 s",
-                                run_swing};
 
 /* ---- sweep: cost of an explicit step ---- */
 
@@ -171,7 +85,7 @@ static void run_sweep(void) {
             char note[64];
             snprintf(note, sizeof note, "%.2f times the scalar speed; minimum of 7", scalar / ns);
             bench_write((BenchRow){"sweep", (*kernel)->name, "central", "ns_per_node_step",
-                                   sizes[k], NAN, ns, 14, NAN, NAN, note});
+                                   sizes[k], NAN, ns, 14, NAN, NAN, note, NULL});
         }
     }
 }
@@ -213,7 +127,7 @@ static void one_iteration(int n) {
     snprintf(note, sizeof note, "factorisation %.4g ms; nnz(L) %.4g", 1e3 * factor,
              implicit_nonzeros(implicit));
     bench_write((BenchRow){"implicit", "iteration/factorisation", "bdf2", "ratio", n, NAN,
-                           whole / factor, 1.25, NAN, whole, note});
+                           whole / factor, 1.25, NAN, whole, note, NULL});
     implicit_destroy(implicit);
     arena_free(&b.arena);
 }
@@ -242,7 +156,7 @@ static void run_implicit(void) {
     for (int k = 0; k < 2; k++) {
         double peak = bench_peak_memory(names[k]);
         bench_write((BenchRow){"implicit", "memory", names[k], "peak_mib", 100, NAN, peak,
-                               limits[k], NAN, NAN, "whole process"});
+                               limits[k], NAN, NAN, "whole process", NULL});
     }
 }
 
@@ -285,7 +199,7 @@ static void run_sleeve_case(bool self_contact) {
     snprintf(note, sizeof note, "real time / CPU time; %.0f taken back", statistics.retries);
     const char *name = self_contact ? "paper 20 x 20; meets itself" : "paper 20 x 20, E=10000 N/m";
     bench_write((BenchRow){"sleeve", name, "central", "times_real_time", 20, statistics.step_length,
-                           1.0 / cpu, 5, NAN, cpu, note});
+                           1.0 / cpu, 5, NAN, cpu, note, NULL});
     arena_free(&b.arena);
 }
 

@@ -1,0 +1,140 @@
+/* relaxation.c: dynamic relaxation: equilibrium at every output time without solving a matrix.
+ *
+ * Each place gets a fictitious mass from the rows of the stiffness, so that steps of length 1 are
+ * stable everywhere; velocities are set to zero whenever the kinetic energy falls. For comparison
+ * with `static`; free cloth only. */
+#include <math.h>
+#include <string.h>
+
+#include "sim/step/implicit.h"
+#include "sim/step/stepper.h"
+
+/* mass / absolute row sum of the stiffness: 0.25 is the limit of stability for the K of the moment
+ * (Gershgorin: largest frequency^2 <= 1 / share < 4); the rest is for what stiffens until the next
+ * look at K */
+#define MASS_SHARE 0.55
+#define LOOK_EVERY 100   /* steps between two looks at K */
+#define EQUILIBRIUM 1e-6 /* of the weight: residual, as `static` has it */
+#define MOST_STEPS 400000
+
+typedef struct Relaxation {
+    Implicit *implicit;
+    State trial;
+    double *mass;     /* [N/m] per step^2; (place_count) */
+    double *gradient; /* [N] (place_count x 3) */
+    unsigned char *held;
+} Relaxation;
+
+static bool create(const System *system, void **data, Error *error) {
+    if (system_has_contact(system)) {
+        return error_set(error, EXIT_BAD_INPUT,
+                         "%s: stepper 'relaxation' moves free cloth only, without obstacles and "
+                         "with 'solver: {self_contact: false}'; 'static' has contact",
+                         system->scene->path);
+    }
+    Relaxation *r = arena_push(system->arena, Relaxation, 1);
+    r->implicit = implicit_create(system);
+    r->trial = state_allocate(system, system->arena);
+    r->mass = arena_push(system->arena, double, system->place_count);
+    r->gradient = arena_push(system->arena, double, 3 * system->place_count);
+    r->held = arena_push(system->arena, unsigned char, system->place_count);
+    *data = r;
+    return true;
+}
+
+static void destroy(void *data) { implicit_destroy(((Relaxation *)data)->implicit); }
+
+/* r->mass from the largest absolute row sum of each place */
+static void find_mass(Relaxation *r, const System *system, const NewtonProblem *problem) {
+    const BlockMatrix *m = problem->matrix;
+    problem->keep_stress(problem->context, r->trial.x, NULL);
+    problem->tangent(problem->context, r->trial.x, true);
+    double *sums = r->gradient; /* of scalar rows, in elimination order */
+    memset(sums, 0, 3 * (size_t)m->node_count * sizeof *sums);
+    for (int column = 0; column < 3 * m->node_count; column++) {
+        for (int k = m->scalar_start[column]; k < m->scalar_start[column + 1]; k++) {
+            int row = m->scalar_row[k];
+            double size = fabs(m->values[k]);
+            if (row >= column) {
+                sums[row] += size;
+                sums[column] += row > column ? size : 0.0;
+            }
+        }
+    }
+    for (int i = 0; i < system->place_count; i++) {
+        const double *s = sums + 3 * m->order[i];
+        r->mass[i] = MASS_SHARE * fmax(s[0], fmax(s[1], s[2]));
+    }
+}
+
+/* one step of length 1; returns the kinetic energy, *residual of the start of the step [N] */
+static double take_step(Relaxation *r, const System *system, const NewtonProblem *problem,
+                        double *residual) {
+    State *s = &r->trial;
+    double kinetic = 0.0, sum = 0.0;
+    problem->gradient(problem->context, s->x, r->gradient);
+    for (int k = 0; k < 3 * system->place_count; k++) {
+        if (r->held[k / 3]) {
+            continue;
+        }
+        double g = r->gradient[k], mass = r->mass[k / 3];
+        s->v[k] -= g / mass;
+        s->x[k] += s->v[k];
+        kinetic += 0.5 * mass * s->v[k] * s->v[k];
+        sum += g * g;
+    }
+    *residual = sqrt(sum);
+    return kinetic;
+}
+
+static bool advance(const System *system, void *data, State *state, double time_end,
+                    Statistics *statistics, Error *error) {
+    Relaxation *r = data;
+    size_t bytes = 3 * (size_t)system->place_count * sizeof(double);
+    double tolerance = EQUILIBRIUM * system->weight, residual = INFINITY, kinetic = 0.0;
+    ImplicitTerms terms = {0};
+    state_copy(system, &r->trial, state);
+    memset(r->trial.v, 0, bytes);
+    system_mark_held(system, time_end, r->held);
+    system_place_held(system, time_end, r->trial.x);
+    NewtonProblem problem = implicit_problem(r->implicit, &terms, r->held, &r->trial);
+    int step = 0;
+    for (; step < MOST_STEPS && residual > tolerance && !step_interrupted; step++) {
+        if (step % LOOK_EVERY == 0) {
+            find_mass(r, system, &problem);
+        }
+        double now = take_step(r, system, &problem, &residual);
+        if (!isfinite(now)) {
+            break;
+        }
+        if (now < kinetic) {
+            memset(r->trial.v, 0, bytes);
+        }
+        kinetic = now < kinetic ? 0.0 : now;
+    }
+    statistics->steps += step;
+    statistics->residual = residual;
+    if (step_interrupted) {
+        return error_set(error, EXIT_INTERRUPTED, "interrupted");
+    }
+    if (!(residual <= tolerance)) {
+        return error_set(
+            error, EXIT_DIFFERS,
+            "relaxation: no equilibrium within %d steps at t = %g s; forces are out of "
+            "balance by %.2g of the weight",
+            step, time_end, residual / system->weight);
+    }
+    memset(r->trial.v, 0, bytes);
+    state_copy(system, state, &r->trial);
+    state->time = time_end;
+    return true;
+}
+
+const Stepper stepper_relaxation = {
+    .name = "relaxation",
+    .about = "equilibrium at every output time by dynamic relaxation with mass scaling",
+    .implicit = true,
+    .create = create,
+    .advance = advance,
+    .destroy = destroy,
+};

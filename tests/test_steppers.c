@@ -1,0 +1,292 @@
+/* All steppers in one loop: order in time, free fall, momentum, energy, limits, what they refuse. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "sim/step/stepper.h"
+#include "tests/support/check.h"
+#include "tests/support/cloths.h"
+#include "tests/support/strips.h"
+
+typedef struct Expected {
+    const char *name;
+    double order; /* in time; 0: equilibrium, no time */
+    bool contact;
+} Expected;
+
+/* a new stepper has its line here too */
+static const Expected expected[] = {
+    {"central", 2, true},
+    {"bdf2", 2, true},
+    {"backward_euler", 1, true},
+    {"static", 0, true},
+    {"symplectic_euler", 1, true},
+    {"forward_euler", 1, false},
+    {"midpoint", 2, false},
+    {"rk4", 4, false},
+    {"rk45", 5, false},
+    {"one_solve", 1, false},
+    {"relaxation", 0, false},
+};
+
+static const Expected *expected_of(const Stepper *stepper) {
+    for (size_t i = 0; i < sizeof expected / sizeof *expected; i++) {
+        if (strcmp(expected[i].name, stepper->name) == 0) {
+            return &expected[i];
+        }
+    }
+    fail_msg("stepper '%s' is not in the table of this test", stepper->name);
+    return NULL;
+}
+
+typedef struct Run {
+    Bench bench;
+    const Stepper *stepper;
+    void *data;
+    State state;
+    unsigned char *held;
+    Statistics statistics;
+} Run;
+
+static void start(Run *r, const Stepper *stepper, double step) {
+    Error error = {0};
+    r->stepper = stepper;
+    r->bench.scene.solver.stepper = stepper->name;
+    r->bench.scene.solver.step = step;
+    if (!stepper->create(&r->bench.system, &r->data, &error)) {
+        fail_msg("%s", error.text);
+    }
+    r->state = state_allocate(&r->bench.system, &r->bench.arena);
+    r->held = arena_push(&r->bench.arena, unsigned char, r->bench.system.place_count);
+    state_start(&r->bench.system, &r->state);
+    system_mark_held(&r->bench.system, 0.0, r->held);
+    r->statistics = (Statistics){.smallest_gap = INFINITY};
+}
+
+static void run_to(Run *r, double time) {
+    Error error = {0};
+    if (!r->stepper->advance(&r->bench.system, r->data, &r->state, time, &r->statistics, &error)) {
+        fail_msg("%s: %s", r->stepper->name, error.text);
+    }
+}
+
+static void end(Run *r) {
+    if (r->stepper->destroy) {
+        r->stepper->destroy(r->data);
+    }
+    arena_free(&r->bench.arena);
+}
+
+static double energy_of(const Run *r) {
+    const System *s = &r->bench.system;
+    return system_kinetic_energy(s, r->state.v, r->held) + system_elastic_energy(s, r->state.x) +
+           system_gravity_energy(s, r->state.x, r->held);
+}
+
+/* a soft sheet of 6 x 6 nodes that falls from 60 degrees, so that steps can vary widely */
+static void make_sheet(Run *r) {
+    memset(r, 0, sizeof *r);
+    r->bench.scene = scene_default();
+    r->bench.cloth = cloths_rectangle(1.0, 1.0, 6, 6, cloths_fabric(0.2, 40.0, 0.3, 1e-3, 0.3));
+    r->bench.cloth.model = "triangles";
+    r->bench.scene = cloths_scene(&r->bench.cloth);
+    r->bench.scene.solver.self_contact = false;
+    r->bench.scene.solver.newton_iterations = 30;
+    r->bench.scene.solver.courant = 1.0;
+    r->bench.cloth.pose.turn = quat_from_axis_angle(vec3(1, 0, 0), 60.0 * PI / 180.0);
+    r->bench.handles[0] = r->bench.handles[1] = handle_default();
+    r->bench.handles[0].region = REGION_TOP_LEFT;
+    r->bench.handles[1].region = REGION_TOP_RIGHT;
+    bench_build(&r->bench, 2);
+}
+
+enum { SHEET = 3 * 36 };
+
+/* positions at 0.3 s by steps of 0.3 s / count */
+static void sheet_at_end(const Stepper *stepper, int count, double tolerance, double x[SHEET]) {
+    Run r;
+    make_sheet(&r);
+    r.bench.scene.solver.tolerance = tolerance;
+    start(&r, stepper, 0.3 / count);
+    run_to(&r, 0.3);
+    memcpy(x, r.state.x, SHEET * sizeof *x);
+    end(&r);
+}
+
+static double distance(const double *a, const double *b) {
+    double sum = 0.0;
+    for (int i = 0; i < SHEET; i++) {
+        sum += (a[i] - b[i]) * (a[i] - b[i]);
+    }
+    return sqrt(sum / 36);
+}
+
+static void test_order(void **unused) {
+    (void)unused;
+    double exact[SHEET], x[SHEET], errors[2];
+    sheet_at_end(stepper_find("rk4"), 4000, 0.0, exact);
+    for (const Stepper *const *stepper = steppers; *stepper; stepper++) {
+        double order = expected_of(*stepper)->order;
+        bool controlled = order == 5;
+        /* steps short enough for each limit, long enough for errors above rounding */
+        int steps = order == 4 ? 60 : order == 1 ? 12000 : 2000;
+        for (int k = 0; k < 2 && order > 0; k++) {
+            sheet_at_end(*stepper, controlled ? 1 : steps << k, k ? 1e-8 : 1e-6, x);
+            errors[k] = distance(x, exact);
+        }
+        if (order == 0) {
+            continue;
+        }
+        print_message("  %s: errors %.3g, %.3g m\n", (*stepper)->name, errors[0], errors[1]);
+        if (controlled) { /* the error follows the tolerance */
+            CHECK_AT_MOST(errors[0], 1e-4);
+            CHECK_AT_MOST(errors[1], 1e-6);
+        } else {
+            CHECK_NEAR(log2(errors[0] / errors[1]), order, 0.15);
+        }
+    }
+}
+
+/* free flight of a shaken, thrown sheet: momentum stays, its centre falls as it must */
+static void test_flight(void **unused) {
+    (void)unused;
+    for (const Stepper *const *stepper = steppers; *stepper; stepper++) {
+        double order = expected_of(*stepper)->order;
+        if (order == 0) {
+            continue;
+        }
+        Run r = {0};
+        r.bench.cloth = cloths_rectangle(0.3, 0.3, 8, 8, cloths_orthotropic());
+        r.bench.cloth.velocity = vec3(1.0, -0.5, 2.0);
+        r.bench.cloth.noise = 1e-3;
+        r.bench.cloth.model = "triangles";
+        r.bench.scene = cloths_scene(&r.bench.cloth);
+        r.bench.scene.solver.self_contact = false;
+        r.bench.scene.solver.newton_iterations = 30;
+        bench_build(&r.bench, 0);
+        const double step = order == 1 || (*stepper)->implicit ? 5e-4 : 0.0;
+        start(&r, *stepper, step);
+        const System *s = &r.bench.system;
+        double mass = 0.0;
+        Vec3 before = {0}, after = {0}, p = {0};
+        for (int i = 0; i < s->place_count; i++) {
+            mass += s->mass[i];
+            before = vec3_axpy(before, s->mass[i], vec3_load(r.state.x + 3 * i));
+        }
+        for (int f = 1; f <= 5; f++) {
+            run_to(&r, f / 30.0);
+        }
+        double t = 5 / 30.0;
+        for (int i = 0; i < s->place_count; i++) {
+            p = vec3_axpy(p, s->mass[i], vec3_load(r.state.v + 3 * i));
+            after = vec3_axpy(after, s->mass[i], vec3_load(r.state.x + 3 * i));
+        }
+        Vec3 moved = vec3_scale(1 / mass, vec3_sub(after, before));
+        print_message("  %s: %.2g, %.2g\n", (*stepper)->name, p.x / mass - 1.0,
+                      p.z / mass - (2.0 - 9.81 * t));
+        CHECK_AT_MOST(fabs(p.x / mass - 1.0), 1e-9);
+        CHECK_AT_MOST(fabs(p.y / mass + 0.5), 1e-9);
+        CHECK_AT_MOST(fabs(p.z / mass - (2.0 - 9.81 * t)), 1e-9);
+        /* first order falls g t dt/2 too far or too short; bdf2 makes one such step */
+        double slack = 1e-9 + 0.51 * 9.81 * step * (order == 1 ? t : 2.0 * step);
+        CHECK_AT_MOST(fabs(moved.x - t), 1e-9);
+        CHECK_AT_MOST(fabs(moved.z - (2.0 * t - 4.905 * t * t)), slack);
+        end(&r);
+    }
+}
+
+/* undamped swing for 1 s: energy of the explicit ones */
+static void test_energy(void **unused) {
+    (void)unused;
+    const char *names[2] = {"central", "rk4"};
+    const double bars[2] = {1e-4, 1e-5}; /* [J] of some 1 J that turn over */
+    for (int k = 0; k < 2; k++) {
+        Run r = {0};
+        swing_make(&r.bench, 26);
+        r.bench.scene.solver.self_contact = false;
+        r.bench.system.contact.self = false;
+        start(&r, stepper_find(names[k]), 0.0);
+        double before = energy_of(&r);
+        for (int f = 1; f <= 30; f++) {
+            run_to(&r, f / 30.0);
+        }
+        CHECK_AT_MOST(fabs(energy_of(&r) - before), bars[k]);
+        end(&r);
+    }
+}
+
+/* the limit is the limit: just below it nothing is taken back, a tenth above everything is */
+static void test_limit(void **unused) {
+    (void)unused;
+    for (int above = 0; above < 2; above++) {
+        Run r = {0};
+        r.bench.scene = scene_default();
+        r.bench.cloth = cloths_rectangle(0.5, 0.5, 11, 11, cloths_fabric(0.2, 1e3, 0.2, 1e-5, 0.0));
+        r.bench.cloth.model = "springs";
+        r.bench.cloth.buckling = BUCKLE_NONE;
+        r.bench.cloth.noise = 1e-4;
+        r.bench.scene = cloths_scene(&r.bench.cloth);
+        r.bench.scene.solver.self_contact = false;
+        r.bench.scene.solver.courant = above ? 1.1 : 0.98;
+        bench_build(&r.bench, 0);
+        start(&r, stepper_find("central"), 0.0);
+        for (int f = 1; f <= 10; f++) {
+            run_to(&r, f / 30.0);
+        }
+        assert_true(above ? r.statistics.retries > 0 : r.statistics.retries == 0);
+        end(&r);
+    }
+}
+
+/* dynamic relaxation comes to the equilibrium that Newton finds */
+static void test_relaxation(void **unused) {
+    (void)unused;
+    double tips[2];
+    for (int k = 0; k < 2; k++) {
+        Run r = {0};
+        r.bench.cloth = cloths_rectangle(0.2, 0.05, 21, 6, cloths_orthotropic());
+        r.bench.scene = cloths_scene(&r.bench.cloth);
+        r.bench.scene.solver.self_contact = false;
+        r.bench.handles[0] = handle_default();
+        r.bench.handles[0].kind = HANDLE_CLAMP;
+        r.bench.handles[0].region = REGION_LEFT;
+        bench_build(&r.bench, 1);
+        start(&r, stepper_find(k ? "relaxation" : "static"), 0.0);
+        run_to(&r, 1.0 / 30);
+        tips[k] = r.state.x[3 * 20 + 2];
+        print_message("  %s: tip %.6f m, %.0f steps\n", r.stepper->name, tips[k],
+                      r.statistics.steps);
+        end(&r);
+    }
+    CHECK_NEAR(tips[1], tips[0], 1e-6);
+}
+
+/* what cannot do contact says so instead of ignoring it */
+static void test_refusals(void **unused) {
+    (void)unused;
+    for (const Stepper *const *stepper = steppers; *stepper; stepper++) {
+        Error error = {0};
+        Bench b = {0};
+        b.cloth = cloths_rectangle(0.3, 0.3, 6, 6, cloths_orthotropic());
+        b.scene = cloths_scene(&b.cloth);
+        bench_build(&b, 0);
+        void *data;
+        bool made = (*stepper)->create(&b.system, &data, &error);
+        assert_int_equal(made, expected_of(*stepper)->contact);
+        if (made && (*stepper)->destroy) {
+            (*stepper)->destroy(data);
+        } else if (!made) {
+            assert_int_equal(error.code, EXIT_BAD_INPUT);
+            assert_non_null(strstr(error.text, "self_contact: false"));
+        }
+        arena_free(&b.arena);
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_order),      cmocka_unit_test(test_flight),
+        cmocka_unit_test(test_energy),     cmocka_unit_test(test_limit),
+        cmocka_unit_test(test_relaxation), cmocka_unit_test(test_refusals),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
