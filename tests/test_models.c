@@ -83,7 +83,8 @@ static bool is_second(BendingKind bending) {
 /* what a model says it cannot do */
 static bool refuses(const Cloth *cloth, const Case *c) {
     bool wide_clamp = cloth->bending == BENDING_RBF && cloth->panel.nu > 0 && c->handle_count > 0;
-    return wide_clamp || (is_second(cloth->bending) && c->def.shape.rest_curved);
+    bool flat_only = is_second(cloth->bending) || cloth->bending >= BENDING_ANGLE;
+    return wide_clamp || (flat_only && c->def.shape.rest_curved);
 }
 
 static bool expect_refusal(const Case *c) {
@@ -174,7 +175,7 @@ static Exact exactness(const Case *c, const ClothModel *model) {
     BendingKind bending = c->def.bending;
     bool deferred = bending == BENDING_RBF && !c->def.scattered;
     bool kink = bending == BENDING_CHOI_KO || bending == BENDING_CHORD;
-    bool turns = bending == BENDING_TENSOR || bending == BENDING_HINGE;
+    bool turns = bending >= BENDING_TENSOR;
     bool rests = c->def.shape.kind != SHAPE_SLEEVE || c->def.shape.rest_curved;
     bool strains = strcmp(model->name, "springs") != 0;
     if (deferred || kink || (turns && !rests) ||
@@ -190,7 +191,9 @@ static void hessian_case(const Case *c, const ClothModel *model) {
     if (exact == NOT_EXACT) {
         return;
     }
-    Fixture f = fixture(c, model, exact == EXACT_AT_REST ? 0.0 : 2e-3);
+    Case straight = *c; /* the stiffness of yarns has a kink at rest */
+    straight.def.fabric.bend_hysteresis.value = straight.def.fabric.shear_hysteresis.value = 0.0;
+    Fixture f = fixture(&straight, model, exact == EXACT_AT_REST ? 0.0 : 2e-3);
     int n = 3 * f.places, pair_count = model->couple(&f.cloth, NULL);
     int *pairs = malloc(2 * (size_t)pair_count * sizeof *pairs);
     model->couple(&f.cloth, pairs);
@@ -287,7 +290,9 @@ static void membrane_case(const Case *c, const ClothModel *model) {
     if (c->def.shape.kind == SHAPE_SLEEVE || c->handle_count > 0 || is_second(c->def.bending)) {
         return;
     }
-    Fixture f = fixture(c, model, 0.0);
+    Case straight = *c; /* curves of yarns start as lines */
+    straight.def.fabric.shear_hysteresis.value = 0.0;
+    Fixture f = fixture(&straight, model, 0.0);
     const Material *m = &f.cloth.material;
     double *y = arena_push(&f.arena, double, 3 * f.places), e = 1e-5;
     const double strains[5][3] = {{1, 0, 0}, {0, 1, 0}, {1, 1, 0}, {1, -1, 0}, {0, 0, 1}};

@@ -4,7 +4,7 @@
 #include "sim/model/model.h"
 
 /* one line a model */
-#define MODELS(MODEL) MODEL(mlpg) MODEL(springs) MODEL(triangles)
+#define MODELS(MODEL) MODEL(mlpg) MODEL(springs) MODEL(triangles) MODEL(particles)
 
 #define DECLARE(name) extern const ClothModel cloth_model_##name;
 #define LIST(name) &cloth_model_##name,

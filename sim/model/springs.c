@@ -14,7 +14,7 @@
 
 #include "sim/model/mlpg.h"
 #include "sim/model/model.h"
-#include "sim/model/spring_law.h"
+#include "sim/model/spring_net.h"
 #include "sim/model/stable.h"
 
 #define PROVOT_ANGLE 0.2 /* [rad] at which a linear bend spring has the moment of the fabric */
@@ -22,22 +22,16 @@
  * the turn from which it pushes with full force, and the shorter the explicit step */
 #define PUSH_SHARE 1.0
 
-typedef struct Spring {
-    int a, b, kind;
-} Spring;
-
 /* structural: 2 axis + border; then the diagonals; bend: BEND + 4 axis + 2 wall + border */
 enum { DIAGONAL = 4, BEND = 5, KINDS = 13 };
 
 typedef struct Springs {
     SpringKind kinds[KINDS];
-    int spring_count;
-    Spring *springs;    /* (spring_count) */
-    bool second;        /* second neighbours bend */
-    bool curvature;     /* the tangent has that of `bending` */
-    Bending bending;    /* the residual, unless second neighbours bend */
-    double push;        /* [1/s2] largest line stiffness / mass of pushing springs */
-    BlockPlace *places; /* (spring_count x 3) aa, bb, ab; base -1: a ghost */
+    SpringNet net;
+    bool second;     /* second neighbours bend */
+    bool curvature;  /* the tangent has that of `bending` */
+    Bending bending; /* the residual, unless second neighbours bend */
+    double push;     /* [1/s2] largest line stiffness / mass of pushing springs */
 } Springs;
 
 /* ---- constants from the fabric ---- */
@@ -118,63 +112,45 @@ static void create_kinds(Cloth *cloth, const Constants *c, Springs *s) {
 
 /* ---- the springs of a lattice ---- */
 
-static void add_spring(Springs *s, int a, int b, int kind) {
-    s->springs[s->spring_count++] = (Spring){a, b, kind};
-}
-
-/* is node (i, j) on a border that runs along `axis`, so that a thread there owns half a width? */
-static int on_border(const Panel *p, int i, int j, int axis) {
-    return axis == 0 ? j == 0 || j == p->nv - 1 : !p->wrap && (i == 0 || i == p->nu - 1);
-}
-
-static void add_threads(const Panel *p, Springs *s, int axis, int reach) {
-    bool wraps = axis == 0 && p->wrap;
-    int end_i = axis == 0 && !wraps ? p->nu - reach : p->nu;
-    int end_j = axis == 1 ? p->nv - reach : p->nv;
-    for (int j = 0; j < end_j; j++) {
-        for (int i = 0; i < end_i; i++) {
-            int to = axis == 0 ? j * p->nu + (i + reach) % p->nu : (j + reach) * p->nu + i;
-            int kind = (reach == 2 ? BEND + 4 * axis : 2 * axis) + on_border(p, i, j, axis);
-            add_spring(s, j * p->nu + i, to, kind);
-        }
-    }
-}
-
-static void add_diagonals(const Panel *p, Springs *s) {
+static void add_diagonals(const Panel *p, SpringNet *net) {
     int cells = p->wrap ? p->nu : p->nu - 1;
     for (int j = 0; j + 1 < p->nv; j++) {
         for (int i = 0; i < cells; i++) {
             int a = j * p->nu + i, b = j * p->nu + (i + 1) % p->nu;
-            add_spring(s, a, b + p->nu, DIAGONAL);
-            add_spring(s, b, a + p->nu, DIAGONAL);
+            net->springs[net->spring_count++] = (Spring){a, b + p->nu, DIAGONAL};
+            net->springs[net->spring_count++] = (Spring){b, a + p->nu, DIAGONAL};
         }
     }
 }
 
 /* from each ghost to the node beyond its border node */
-static void add_walls(const Cloth *cloth, Springs *s) {
+static void add_walls(const Cloth *cloth, SpringNet *net) {
     const Panel *p = &cloth->panel;
     static const int inward[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
     for (int g = 0; g < cloth->ghost_count; g++) {
         const Ghost *ghost = &cloth->ghosts[g];
         int i = ghost->border % p->nu, j = ghost->border / p->nu, axis = ghost->side / 2;
         int node = (j + inward[ghost->side][1]) * p->nu + i + inward[ghost->side][0];
-        add_spring(s, cloth->node_count + g, node, BEND + 4 * axis + 2 + on_border(p, i, j, axis));
+        int kind = BEND + 4 * axis + 2 + spring_net_on_border(p, i, j, axis);
+        net->springs[net->spring_count++] = (Spring){cloth->node_count + g, node, kind};
     }
 }
 
 static void create_springs(const Cloth *cloth, Springs *s, Arena *arena) {
     const Panel *p = &cloth->panel;
-    s->springs = arena_push(arena, Spring, 6 * p->node_count + cloth->ghost_count);
+    SpringNet *net = &s->net;
+    *net = (SpringNet){.kinds = s->kinds,
+                       .springs = arena_push(arena, Spring, 6 * p->node_count + cloth->ghost_count),
+                       .node_limit = cloth->node_count};
     for (int axis = 0; axis < 2; axis++) {
-        add_threads(p, s, axis, 1);
+        spring_net_add_threads(net, p, axis, 1, 2 * axis);
     }
-    add_diagonals(p, s);
+    add_diagonals(p, net);
     for (int axis = 0; axis < 2 && s->second; axis++) {
-        add_threads(p, s, axis, 2);
+        spring_net_add_threads(net, p, axis, 2, BEND + 4 * axis);
     }
     if (s->second) {
-        add_walls(cloth, s);
+        add_walls(cloth, net);
     }
 }
 
@@ -234,7 +210,7 @@ static bool create(Cloth *cloth, Arena *arena, Error *error) {
     mlpg_lattice_bending(cloth, &samples, arena);
     s->bending = bending_create(&samples, cloth->node_count + cloth->ghost_count, cloth->node_count,
                                 p->rest_curvature, arena);
-    cloth->strain_count = s->spring_count;
+    cloth->strain_count = s->net.spring_count;
     for (int i = 0; i < cloth->node_count; i++) {
         cloth->mass[i] = cloth->material.density * p->area[i];
     }
@@ -243,33 +219,14 @@ static bool create(Cloth *cloth, Arena *arena, Error *error) {
 
 /* ---- energy and its derivatives ---- */
 
-static Vec3 along(const Spring *s, const double *x) {
-    return vec3_sub(vec3_load(x + 3 * s->b), vec3_load(x + 3 * s->a));
-}
-
 static double energy(const Cloth *cloth, const double *x) {
     const Springs *s = cloth->data;
-    double sum = s->second ? 0.0 : bending_energy(&s->bending, x);
-    for (int k = 0; k < s->spring_count; k++) {
-        const Spring *spring = &s->springs[k];
-        sum += spring_energy(&s->kinds[spring->kind], vec3_length(along(spring, x)));
-    }
-    return sum;
+    return spring_net_energy(&s->net, x) + (s->second ? 0.0 : bending_energy(&s->bending, x));
 }
 
 static void add_gradient(const Cloth *cloth, const double *x, double *gradient) {
     const Springs *s = cloth->data;
-    for (int k = 0; k < s->spring_count; k++) {
-        const Spring *spring = &s->springs[k];
-        Vec3 d = along(spring, x);
-        double length = vec3_length(d);
-        double pull = spring_tension(&s->kinds[spring->kind], length, NULL);
-        /* two nodes in one place: no direction, no force */
-        double share = length > 0.0 ? pull / length : 0.0;
-        double *a = gradient + 3 * spring->a, *b = gradient + 3 * spring->b;
-        a[0] -= share * d.x, a[1] -= share * d.y, a[2] -= share * d.z;
-        b[0] += share * d.x, b[1] += share * d.y, b[2] += share * d.z;
-    }
+    spring_net_add_gradient(&s->net, x, gradient);
     if (!s->second) {
         bending_add_gradient(&s->bending, x, gradient);
     }
@@ -277,94 +234,34 @@ static void add_gradient(const Cloth *cloth, const double *x, double *gradient) 
 
 static void stress(const Cloth *cloth, const double *x, double *out) {
     const Springs *s = cloth->data;
-    for (int k = 0; k < s->spring_count; k++) {
-        const Spring *spring = &s->springs[k];
-        out[k] = spring_tension(&s->kinds[spring->kind], vec3_length(along(spring, x)), NULL);
-    }
+    spring_net_tension(&s->net, x, out);
 }
 
-/* tension at the old length plus its slope times the linear change of length */
 static void predict_stress(const Cloth *cloth, const double *x_new, const double *dx, double *out) {
     const Springs *s = cloth->data;
-    for (int k = 0; k < s->spring_count; k++) {
-        const Spring *spring = &s->springs[k];
-        Vec3 moved = along(spring, dx), old = vec3_sub(along(spring, x_new), moved);
-        double length = vec3_length(old), slope;
-        out[k] = spring_tension(&s->kinds[spring->kind], length, &slope);
-        out[k] += length > 0.0 ? slope * vec3_dot(old, moved) / length : 0.0;
-    }
+    spring_net_predict(&s->net, x_new, dx, out);
 }
 
 static int couple(const Cloth *cloth, int *pairs) {
     const Springs *s = cloth->data;
-    int count = 0;
-    for (int k = 0; k < s->spring_count; k++) {
-        const Spring *spring = &s->springs[k];
-        if (spring->a >= cloth->node_count) {
-            continue;
-        }
-        if (pairs) {
-            pairs[2 * count] = spring->a, pairs[2 * count + 1] = spring->b;
-        }
-        count++;
-    }
+    int count = spring_net_couple(&s->net, pairs);
     return count +
            (s->curvature ? bending_couple(&s->bending, pairs ? pairs + 2 * count : NULL) : 0);
 }
 
 static void bind_hessian(Cloth *cloth, const BlockMatrix *matrix, int first, Arena *arena) {
     Springs *s = cloth->data;
-    s->places = arena_push(arena, BlockPlace, 3 * s->spring_count);
-    for (int k = 0; k < s->spring_count; k++) {
-        int a = s->springs[k].a, b = s->springs[k].b;
-        bool ghost = a >= cloth->node_count; /* only a can be one */
-        BlockPlace none = {-1, 0}, *places = s->places + 3 * k;
-        places[0] = ghost ? none : block_matrix_place(matrix, first + a, first + a);
-        places[1] = block_matrix_place(matrix, first + b, first + b);
-        places[2] = ghost ? none : block_matrix_place(matrix, first + a, first + b);
-    }
+    spring_net_bind(&s->net, matrix, first, arena);
     if (s->curvature) {
         bending_bind(&s->bending, matrix, first, arena);
     }
 }
 
-/* slope u u' + tension / length (I - u u'). The push of second neighbours is bending, whose
- * stiffness across is that of the curvature: `bending` stands for it. */
-static void spring_block(const SpringKind *kind, Vec3 d, double tension, bool definite,
-                         double block[9]) {
-    double length = vec3_length(d), slope, across = tension / length;
-    spring_tension(kind, length, &slope);
-    across = definite || kind->pushes ? fmax(across, 0.0) : across;
-    double u[3] = {d.x / length, d.y / length, d.z / length};
-    for (int r = 0; r < 3; r++) {
-        for (int c = 0; c < 3; c++) {
-            block[3 * r + c] = (slope - across) * u[r] * u[c] + (r == c ? across : 0.0);
-        }
-    }
-}
-
+/* the push of second neighbours is bending: the curvature has its stiffness across */
 static void add_hessian(const Cloth *cloth, const double *x, const double *sigma, bool definite,
                         double *values) {
     const Springs *s = cloth->data;
-    for (int k = 0; k < s->spring_count; k++) {
-        const Spring *spring = &s->springs[k];
-        const BlockPlace *places = s->places + 3 * k;
-        Vec3 d = along(spring, x);
-        double block[9];
-        if (vec3_dot(d, d) == 0.0) {
-            continue;
-        }
-        spring_block(&s->kinds[spring->kind], d, sigma[k], definite, block);
-        block_add(values, places[1], block);
-        if (places[0].base < 0) {
-            continue;
-        }
-        block_add(values, places[0], block);
-        for (int e = 0; e < 9; e++) {
-            block[e] = -block[e];
-        }
-        block_add(values, places[2], block);
-    }
+    spring_net_add_hessian(&s->net, x, sigma, definite, values);
     if (s->curvature) {
         bending_add_hessian(&s->bending, x, values);
     }

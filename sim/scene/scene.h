@@ -50,6 +50,8 @@ typedef enum BendingKind {
     BENDING_PROVOT,  /* linear springs between second neighbours */
     BENDING_TENSOR,  /* triangles: curvature tensor from the turns of three edges */
     BENDING_HINGE,   /* triangles: each edge turns by itself */
+    BENDING_ANGLE,   /* particles: curvature = turn / spacing */
+    BENDING_SINE,    /* particles: curvature of the circle through three nodes */
     BENDING_COUNT
 } BendingKind;
 extern const char *const bending_words[]; /* by BendingKind; NULL-terminated */

@@ -53,6 +53,7 @@ static void strip_build(const StripCase *strip, Bench *b) {
     double rho_g = 1.0, d = rho_g / strip->gamma, h = 1.0 / (strip->nodes - 1);
     int across = strip->across ? strip->across : strip->layout == STRIP_LATTICE ? 5 : 9;
     Fabric fabric = cloths_fabric(rho_g / 9.81, strip->stiffness * d, 0.0, d, 0.0);
+    fabric.bend_hysteresis.value = fabric.shear_hysteresis.value = 0.0;
     b->cloth = cloths_rectangle(1.0, h * (across - 1), strip->nodes, across, fabric);
     b->cloth.bending = strip->bending;
     b->cloth.model = strip->model ? strip->model : b->cloth.model;

@@ -1,0 +1,206 @@
+/* Particles against the curves that they are made of, and the heavy elastica. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "sim/model/model.h"
+#include "sim/model/yarn.h"
+#include "tests/support/check.h"
+#include "tests/support/cloths.h"
+#include "tests/support/strips.h"
+
+static const YarnCurve bend = {11e-6, 0.6e-3, 30.0};
+static const YarnCurve shear = {60.0, 0.7, SHEAR_ONSET};
+
+/* value, slope and work belong together; beyond the onset the KES line */
+static void test_yarn(void **unused) {
+    (void)unused;
+    for (int k = 0; k < 40; k++) {
+        double at = 0.5 + 3.0 * k, step = 1e-4, slope;
+        double value = yarn_value(&bend, at, &slope);
+        double work = (yarn_work(&bend, at + step) - yarn_work(&bend, at - step)) / (2 * step);
+        double change = yarn_value(&bend, at + step, NULL) - yarn_value(&bend, at - step, NULL);
+        CHECK_NEAR(value, work, 1e-8 * value);
+        CHECK_NEAR(slope, change / (2 * step), 1e-8 * slope + 1e-12);
+    }
+    /* the tester measures between 0.5 and 1.5 per cm: B by the slope, HB by the intercept */
+    double m1 = yarn_value(&bend, 50.0, NULL), m2 = yarn_value(&bend, 150.0, NULL);
+    CHECK_NEAR((m2 - m1) / 100.0, bend.slope, 1e-12 * bend.slope);
+    CHECK_NEAR(m1 - 50.0 * bend.slope, bend.step, 1e-12 * bend.step);
+    double below, above;
+    yarn_value(&bend, 30.0 * (1 - 1e-13), &below);
+    yarn_value(&bend, 30.0, &above);
+    CHECK_NEAR(below, above, 1e-10 * above);
+}
+
+/* moment and slope go on at 8 degrees; the slope never falls beyond and stays finite */
+static void test_trellis(void **unused) {
+    (void)unused;
+    TrellisCurve c = trellis_curve(shear, 4000.0);
+    double e = SHEAR_MEASURED, moment[2], slopes[2];
+    for (int k = 0; k < 2; k++) {
+        moment[k] = trellis_moment(&c, e + (k ? 1e-12 : -1e-12), &slopes[k]);
+    }
+    CHECK_NEAR(moment[0], moment[1], 1e-10 * moment[0]);
+    CHECK_NEAR(slopes[0], slopes[1], 1e-10 * slopes[0]);
+    double before = 0.0;
+    for (double phi = 1e-3; phi < 1.5; phi += 1e-3) {
+        double slope, d = 1e-6, value = trellis_moment(&c, phi, &slope);
+        double work = (trellis_work(&c, phi + d) - trellis_work(&c, phi - d)) / (2 * d);
+        CHECK_NEAR(value, work, 1e-6 * value + 1e-8);
+        if (phi > e + 1e-3) {
+            CHECK_AT_MOST(before, slope * (1 + 1e-12));
+            CHECK_AT_MOST(slope, 4000.0 * (1 + 1e-9));
+        }
+        before = slope;
+    }
+    /* without friction: moment / (G phi) at 20, 30, 45 degrees */
+    TrellisCurve smooth = trellis_curve((YarnCurve){60.0, 0.0, SHEAR_ONSET}, 1e9);
+    const double degrees[3] = {20, 30, 45}, ratios[3] = {1.1527, 1.4953, 2.9224};
+    for (int k = 0; k < 3; k++) {
+        double phi = degrees[k] * PI / 180;
+        CHECK_NEAR(trellis_moment(&smooth, phi, NULL) / (60.0 * phi), ratios[k], 1e-4);
+    }
+}
+
+/* a strip of 5 segments on 1 cm between walls, bent to a uniform curvature by turning the walls;
+ * returns its energy */
+static double bent_energy(const Cloth *cloth, double turn, double *x) {
+    const Panel *p = &cloth->panel;
+    double h = p->h1, at[2] = {0, 0};
+    int segments = p->nu - 1;
+    /* a wall turns half as much as a node; the first segment has turned that from the wall */
+    for (int i = -1; i <= p->nu; i++) {
+        for (int j = 0; j < p->nv; j++) {
+            int place = j * p->nu + i;
+            for (int g = 0; g < cloth->ghost_count; g++) {
+                const Ghost *ghost = &cloth->ghosts[g];
+                if (ghost->border / p->nu == j &&
+                    ((i < 0 && ghost->side == 0) || (i == p->nu && ghost->side == 1))) {
+                    place = cloth->node_count + g;
+                }
+            }
+            vec3_store(x + 3 * place, vec3(at[0], h * j, at[1]));
+        }
+        double share = i < 0 ? 0.0 : i >= segments ? segments : i + 0.5;
+        double angle = turn / segments * share;
+        at[0] += h * cos(angle), at[1] += h * sin(angle);
+    }
+    return cloth->model->energy(cloth, x);
+}
+
+/* virtual bending tester over real fabrics: M(K) of the strip is the curve */
+static void test_bending_tester(void **unused) {
+    (void)unused;
+    const char *names[4] = {"wool-tropical", "cotton-plain", "denim", "silk-charmeuse"};
+    for (int k = 0; k < 8; k++) {
+        Arena arena = {0};
+        Error error = {0};
+        Cloth cloth;
+        ClothDef def = cloths_rectangle(0.01, 0.004, 6, 3, cloths_orthotropic());
+        HandleDef walls[2] = {handle_default(), handle_default()};
+        assert_true(fabric_read(names[k / 2], &arena, &def.fabric, &error));
+        def.model = "particles";
+        def.bending = k % 2 ? BENDING_SINE : BENDING_ANGLE;
+        walls[0].kind = walls[1].kind = HANDLE_CLAMP;
+        walls[0].region = REGION_LEFT, walls[1].region = REGION_RIGHT;
+        assert_true(cloth_create(&cloth, &def, walls, 2, 1, &arena, &error));
+        double *x = arena_push(&arena, double, 3 * (cloth.node_count + cloth.ghost_count));
+        double mean = 0.5 * (def.fabric.bend_warp.value + def.fabric.bend_weft.value);
+        double b = def.fabric.bend_warp.value, found[2], worst = 0.0;
+        YarnCurve curve = {b, 0.5 * def.fabric.bend_hysteresis.value * b / mean,
+                           def.fabric.bend_onset.value};
+        const double curvatures[4] = {50, 100, 150, 250};
+        for (int c = 0; c < 4; c++) {
+            double turn = 0.01 * curvatures[c], step = 1e-4;
+            double moment =
+                (bent_energy(&cloth, turn + step, x) - bent_energy(&cloth, turn - step, x)) /
+                (2 * step * 0.004);
+            double exact = yarn_value(&curve, curvatures[c], NULL);
+            worst = fmax(worst, fabs(moment / exact - 1.0));
+            if (c % 2 == 0) {
+                found[c / 2] = moment;
+            }
+        }
+        print_message("  %s, %s: B %.4g of %.4g, M(K) within %.2g %%\n", names[k / 2],
+                      bending_words[def.bending], (found[1] - found[0]) / 100.0, b, 100 * worst);
+        if (k % 2 == 0) {
+            CHECK_AT_MOST(worst, 1e-5);
+            CHECK_NEAR((found[1] - found[0]) / 100.0, b, 1e-3 * b);
+        } else { /* the circle through three points loses 4 % at 2.5 per cm */
+            CHECK_AT_MOST(worst, 0.05);
+            CHECK_AT_MOST(0.02, worst);
+        }
+        arena_free(&arena);
+    }
+}
+
+/* virtual shear tester: threads of constant length, F(phi) = dE/dphi / (area cos(phi)) */
+static void test_shear_tester(void **unused) {
+    (void)unused;
+    Arena arena = {0};
+    Error error = {0};
+    Cloth cloth;
+    ClothDef def = cloths_rectangle(0.2, 0.05, 21, 6, cloths_orthotropic());
+    assert_true(fabric_read("cotton-plain", &arena, &def.fabric, &error));
+    def.model = "particles";
+    assert_true(cloth_create(&cloth, &def, NULL, 0, 1, &arena, &error));
+    double *x = arena_push(&arena, double, 3 * cloth.node_count), step = 1e-5;
+    YarnCurve curve = {def.fabric.shear.value, 0.5 * def.fabric.shear_hysteresis.value,
+                       SHEAR_ONSET};
+    double f[2] = {0, 0};
+    for (int degree = -8; degree <= 8; degree++) {
+        double phi = degree * PI / 180, energy[2];
+        for (int k = 0; k < 2; k++) {
+            double angle = phi + (k ? step : -step);
+            for (int i = 0; i < cloth.node_count; i++) {
+                const double *uv = cloth.panel.material + 2 * i;
+                vec3_store(x + 3 * i, vec3(uv[0] + uv[1] * sin(angle), uv[1] * cos(angle), 0));
+            }
+            energy[k] = cloth.model->energy(&cloth, x);
+        }
+        double force = (energy[1] - energy[0]) / (2 * step * 0.01 * cos(phi));
+        double exact = copysign(yarn_value(&curve, fabs(phi), NULL), phi);
+        if (degree != 0) {
+            CHECK_NEAR(force, exact, 1e-3 * fabs(exact));
+        }
+        f[0] = degree == 1 ? force : f[0];
+        f[1] = degree == 7 ? force : f[1];
+    }
+    double g = (f[1] - f[0]) / (6 * PI / 180);
+    print_message("  G %.4g of %.4g N/m\n", g, def.fabric.shear.value);
+    CHECK_NEAR(g, def.fabric.shear.value, 0.01 * def.fabric.shear.value);
+    arena_free(&arena);
+}
+
+/* tips of the heavy elastica, straight moment curve */
+static void test_cantilever(void **unused) {
+    (void)unused;
+    const double gammas[4] = {1, 10, 100, 1000}, bars[4] = {4e-4, 2e-3, 5e-3, 1.2e-2};
+    for (int g = 0; g < 4; g++) {
+        double errors[3];
+        for (int k = 0; k < 3; k++) {
+            bool far = gammas[g] > 100;
+            StripCase c = {.gamma = gammas[g],
+                           .stiffness = far ? 1e6 : 1e8,
+                           .nodes = 1 + (20 << k),
+                           .model = "particles"};
+            StripResult r = far ? strip_relax(&c, 300000) : strip_solve(&c);
+            errors[k] = r.error;
+            print_message("  gamma %g, %d segments: %.3g %% (%d, status %d)\n", gammas[g], 20 << k,
+                          100 * r.error, r.iterations, (int)r.status);
+        }
+        CHECK_AT_MOST(errors[0], bars[g]);
+        if (gammas[g] <= 100) {
+            CHECK_AT_MOST(1.9, log2(errors[1] / errors[2]));
+        }
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_yarn),           cmocka_unit_test(test_trellis),
+        cmocka_unit_test(test_bending_tester), cmocka_unit_test(test_shear_tester),
+        cmocka_unit_test(test_cantilever),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
