@@ -6,10 +6,11 @@
 #include "sim/scene/schema.h"
 #include "sim/scene/units.h"
 
-#define KEY_COLUMN 24   /* [character] where the type starts in the reference */
-#define TYPE_COLUMN 20  /* width of the type */
-#define VALUE_COLUMN 14 /* width of the default */
-#define PAGE_WIDTH 130  /* where help texts are wrapped */
+#define KEY_COLUMN 24    /* [character] where the type starts in the reference */
+#define TYPE_COLUMN 20   /* width of the type */
+#define VALUE_COLUMN 14  /* width of the default */
+#define PAGE_WIDTH 130   /* where help texts are wrapped */
+#define LONGEST_WORDS 40 /* a longer list of words stands before the help text */
 
 void schema_print_number(FILE *out, double value) {
     char text[32];
@@ -157,6 +158,15 @@ static void print_words(FILE *out, const char *const *words) {
     }
 }
 
+/* does the list of words fit in the column of types? */
+static bool words_fit(const Field *field) {
+    size_t width = 0;
+    for (int i = 0; field->words && field->words[i] && field->words[i][0]; i++) {
+        width += strlen(field->words[i]) + (i ? 2 : 0);
+    }
+    return width < LONGEST_WORDS;
+}
+
 static void print_type(FILE *out, const Field *field) {
     static const char *const types[] = {
         "number",    "whole number", "true, false", "", "name", "text",
@@ -165,7 +175,11 @@ static void print_type(FILE *out, const Field *field) {
     FILE *buffer = fmemopen(text, sizeof text, "w");
     ASSERT(buffer);
     if (field->words) {
-        print_words(buffer, field->words);
+        if (words_fit(field)) {
+            print_words(buffer, field->words);
+        } else {
+            fputs("one of these:", buffer);
+        }
     } else {
         bool unit = field->unit && field->unit[0];
         bool plain = field->unit && !unit && !is_list(field);
@@ -214,7 +228,16 @@ static void print_row(FILE *out, int indent, const Field *field, const void *obj
     fprintf(out, "%*s%-*s ", indent, "", KEY_COLUMN - indent - 1, field->key);
     print_type(out, field);
     print_default(out, field, object);
-    print_wrapped(out, KEY_COLUMN + TYPE_COLUMN + VALUE_COLUMN, field->help);
+    char text[256] = "";
+    FILE *buffer = fmemopen(text, sizeof text, "w");
+    ASSERT(buffer);
+    if (field->words && !words_fit(field)) {
+        print_words(buffer, field->words);
+        fputs("; ", buffer);
+    }
+    fputs(field->help, buffer);
+    fclose(buffer);
+    print_wrapped(out, KEY_COLUMN + TYPE_COLUMN + VALUE_COLUMN, text);
 }
 
 void schema_print_reference(FILE *out, int indent, const Schema *schema) {
