@@ -2,6 +2,7 @@
 #include <stddef.h>
 
 #include "render/passes.h"
+#include "render/surfel.h"
 
 /* A plane that is not the floor is drawn as a square of this half side. */
 #define PLANE_SCALES 3.0 /* of the scale */
@@ -45,6 +46,10 @@ void buffers_create_cloth(Painter *painter, const Surface *surface) {
         set_attribute(4, 1, sizeof(float), 0);
     }
     gl.BindVertexArray(0);
+    if (surface->surfels) {
+        cloth->surfels = create_buffer(GL_ARRAY_BUFFER, count * (GLsizeiptr)sizeof(Surfel),
+                                       surface->surfels, GL_STATIC_DRAW);
+    }
     cloth->fine = create_buffer(GL_ARRAY_BUFFER, triangle_bytes(surface->fine_count), surface->fine,
                                 GL_STATIC_DRAW);
     cloth->coarse = create_buffer(GL_ARRAY_BUFFER, triangle_bytes(surface->coarse_count),
@@ -82,8 +87,9 @@ void buffers_destroy_cloth(Painter *painter) {
     if (!cloth->uploaded) {
         return;
     }
-    GLuint buffers[] = {cloth->vertices, cloth->uv, cloth->values, cloth->fine, cloth->coarse};
-    gl.DeleteBuffers(5, buffers);
+    GLuint buffers[] = {cloth->vertices, cloth->uv,   cloth->values,
+                        cloth->surfels,  cloth->fine, cloth->coarse};
+    gl.DeleteBuffers(6, buffers);
     gl.DeleteBuffers(painter->def.cloth_count, cloth->blocks);
     gl.DeleteVertexArrays(1, &cloth->array);
     *cloth = (SurfaceBuffers){0};

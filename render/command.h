@@ -18,6 +18,7 @@ typedef struct Options {
     bool frames_given;
     int width, height;                /* [px] --size WxH; 0 = the film's */
     const Quality *quality;           /* --quality; standard */
+    bool splats;                      /* --splats: draw surfels, not triangles */
     const char *look;                 /* --look NAME, instead of the cloths' own; NULL */
     QuantityRange range;              /* --range LOW,HIGH; low = high: automatic */
     int threads;                      /* --threads; all processors */

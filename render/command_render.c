@@ -45,6 +45,7 @@ Drawer *command_open(const Options *options, Run *run, RunEnd *end, Error *error
     DrawDef def = {.width = options->width,
                    .height = options->height,
                    .quality = options->quality,
+                   .splats = options->splats,
                    .look = options->look,
                    .range = options->range,
                    .threads = options->threads > 1 ? options->threads : 0};

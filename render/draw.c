@@ -151,6 +151,7 @@ static bool start_painter(Drawer *drawer, Error *error) {
                     .quality = drawer->def.quality,
                     .camera = drawer->camera,
                     .floor = film_of(drawer)->floor,
+                    .splats = drawer->def.splats,
                     .cloth_count = header->cloth_count,
                     .looks = drawer->looks,
                     .ranges = drawer->ranges,
@@ -237,7 +238,8 @@ bool draw_frame_key(Drawer *drawer, int index, uint64_t *key, Error *error) {
                         c->up.x,           c->up.y,           c->up.z,
                         c->half_x,         c->half_y,         c->distance,
                         c->perspective,    c->floor_height,   header->film.floor,
-                        header->film.rate, drawer->def.width, drawer->def.height};
+                        header->film.rate, drawer->def.width, drawer->def.height,
+                        drawer->def.splats};
     size_t settings = sizeof *quality - offsetof(Quality, samples);
     uint64_t seen = hash_bytes(numbers, sizeof numbers);
     for (int i = 0; i < header->cloth_count; i++) {
@@ -274,6 +276,7 @@ static void use_layout(Drawer *drawer, const StateLayout *layout, int layout_ind
     ResampleDef def = {.pixels_per_metre =
                            camera_pixels_per_metre(&drawer->camera, drawer->def.height),
                        .triangle_cap = drawer->def.quality->triangle_cap,
+                       .splats = drawer->def.splats,
                        .values = drawer->measures};
     resample_destroy(drawer->resampler);
     drawer->resampler = resample_create(layout, &def);

@@ -8,6 +8,7 @@
 typedef struct DrawDef {
     int width, height; /* [px] even; 0 = the film's */
     const Quality *quality;
+    bool splats;      /* draw surfels */
     const char *look; /* of all cloths instead of their own; NULL = their own */
     const Film *film; /* instead of the run's, but for its length and rate; NULL */
     int threads;      /* raster threads of the driver besides this one; 0 */

@@ -137,6 +137,11 @@ void gl_draw_fullscreen(void) {
     gl.DrawArrays(GL_TRIANGLES, 0, 3);
 }
 
+void gl_draw_numbered(int first, int count) {
+    gl.BindVertexArray(empty_vertices);
+    gl.DrawArrays(GL_TRIANGLES, first, count);
+}
+
 void gl_target_bind(GLuint target, int width, int height) {
     gl.BindFramebuffer(GL_FRAMEBUFFER, target);
     gl.Viewport(0, 0, width, height);

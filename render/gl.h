@@ -71,6 +71,7 @@
     X(SCISSOR, Scissor)                                                                            \
     X(SHADERSOURCE, ShaderSource)                                                                  \
     X(STENCILFUNC, StencilFunc)                                                                    \
+    X(STENCILFUNCSEPARATE, StencilFuncSeparate)                                                    \
     X(STENCILMASK, StencilMask)                                                                    \
     X(STENCILOP, StencilOp)                                                                        \
     X(TEXPARAMETERI, TexParameteri)                                                                \
@@ -118,6 +119,9 @@ void gl_texture_bind(int unit, GLuint texture);
 
 /* Draws one triangle over the whole viewport with the current program (fullscreen.vert). */
 void gl_draw_fullscreen(void);
+
+/* Draws triangles without attributes: the vertex shader has gl_VertexID alone. */
+void gl_draw_numbered(int first, int count);
 
 /* Makes target current with a viewport of its size. */
 void gl_target_bind(GLuint target, int width, int height);

@@ -248,6 +248,8 @@ static const OptionRow rows[] = {
     {"quality", "NAME", DRAWING " looks", "draft, standard, quality", READER, 0, 0, read_quality},
     {"look", "NAME", DRAWING, "of all cloths, instead of their own (see looks)", TEXT, 0,
      FIELD(look), NULL},
+    {"splats", NULL, DRAWING, "draw cloth as points with discs, not as triangles", FLAG, 0,
+     FIELD(splats), NULL},
     {"range", "LOW,HIGH", DRAWING, "of a measuring look, in the units of its legend; automatic",
      READER, 0, 0, read_range},
     {"follow", NULL, NULL, "wait for frames while the run is still written", FLAG, 0,

@@ -63,6 +63,9 @@ Painter *paint_create(const PaintDef *def, Error *error) {
     if (painter->veiled) {
         veil_create_targets(painter);
     }
+    if (def->splats) {
+        splats_create_targets(painter);
+    }
     buffers_create_props(painter);
     painter->stage_block = buffers_create_block(sizeof(StageBlock), &painter->stage.block);
     gl.BindBufferBase(GL_UNIFORM_BUFFER, BLOCK_STAGE, painter->stage_block);
@@ -77,6 +80,7 @@ void paint_destroy(Painter *painter) {
     buffers_destroy_props(painter);
     passes_destroy(painter);
     veil_destroy(painter);
+    splats_destroy(painter);
     gl.DeleteBuffers(1, &painter->stage_block);
     arena_free(&painter->arena);
     free(painter);

@@ -40,6 +40,7 @@ typedef struct PaintDef {
     const Quality *quality;
     Camera camera;
     bool floor;
+    bool splats; /* cloth as surfels, not triangles; sheer cloth is always triangles */
     int cloth_count;
     const Look *const *looks;    /* (cloth_count) */
     const double *thickness;     /* [m] (cloth_count) of the fabrics; NULL: looks as they are */
@@ -67,7 +68,7 @@ extern const char *const paint_stage_names[PAINT_STAGE_COUNT];
 
 typedef struct Painter Painter;
 
-#define PAINT_MOST_THINGS 255 /* cloths and props: the stencil tells them apart */
+#define PAINT_MOST_THINGS 127 /* cloths and props: the stencil tells them apart */
 
 /* Errors: EXIT_BAD_INPUT for too many things; EXIT_OUR_BUG when a shader does not compile. */
 Painter *paint_create(const PaintDef *def, Error *error);

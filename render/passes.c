@@ -72,7 +72,8 @@ bool passes_create_programs(Painter *painter, Error *error) {
         }
     }
     if (!create_shading(painter, taps, error) ||
-        (painter->veiled && !veil_create_programs(painter, error))) {
+        (painter->veiled && !veil_create_programs(painter, error)) ||
+        (painter->def.splats && !splats_create_programs(painter, error))) {
         return false;
     }
     programs->depth_model_clip = gl.GetUniformLocation(programs->depth, "model_clip");
@@ -279,6 +280,24 @@ static int stencil_of_prop(const Painter *painter, int prop) {
     return painter->def.cloth_count + prop + 1;
 }
 
+static void draw_cloth_words(const Painter *painter, const FrameView *view) {
+    const Programs *programs = &painter->programs;
+    for (int i = 0; i < view->surface->part_count; i++) {
+        const SurfacePart *part = &view->surface->parts[i];
+        bool measured = painter->looks[i]->quantity != QUANTITY_NONE;
+        if (passes_is_sheer(painter, i)) {
+            continue;
+        }
+        gl.UseProgram(measured ? programs->gbuffer_measured : programs->gbuffer);
+        gl.StencilFunc(GL_ALWAYS, passes_stencil_of_cloth(i), STENCIL_MASK);
+        if (!measured) {
+            gl.Uniform2f(programs->gbuffer_panel_scale, (float)(1.0 / part->size[0]),
+                         (float)(1.0 / part->size[1]));
+        }
+        buffers_draw_cloth(painter, part->fine_begin, part->fine_count, true);
+    }
+}
+
 void pass_gbuffer(Painter *painter, const FrameView *view) {
     const Targets *t = &painter->targets;
     const Programs *programs = &painter->programs;
@@ -301,19 +320,10 @@ void pass_gbuffer(Painter *painter, const FrameView *view) {
         gl.UniformMatrix4fv(programs->words_model_world, 1, GL_FALSE, matrix);
         buffers_draw_prop(painter, i);
     }
-    for (int i = 0; i < view->surface->part_count; i++) {
-        const SurfacePart *part = &view->surface->parts[i];
-        bool measured = painter->looks[i]->quantity != QUANTITY_NONE;
-        if (passes_is_sheer(painter, i)) {
-            continue;
-        }
-        gl.UseProgram(measured ? programs->gbuffer_measured : programs->gbuffer);
-        gl.StencilFunc(GL_ALWAYS, passes_stencil_of_cloth(i), STENCIL_MASK);
-        if (!measured) {
-            gl.Uniform2f(programs->gbuffer_panel_scale, (float)(1.0 / part->size[0]),
-                         (float)(1.0 / part->size[1]));
-        }
-        buffers_draw_cloth(painter, part->fine_begin, part->fine_count, true);
+    if (painter->def.splats) {
+        pass_splats(painter, view);
+    } else {
+        draw_cloth_words(painter, view);
     }
     gl.Disable(GL_STENCIL_TEST);
     gl.Disable(GL_DEPTH_TEST);
@@ -323,7 +333,7 @@ void passes_shade(const Painter *painter, int stencil, const StageBox *box) {
     ScreenBox screen = screen_box_empty();
     screen_box_add(&screen, &painter->stage, box, 0.0);
     passes_scissor(&screen, painter->targets.layer, 1);
-    gl.StencilFunc(GL_EQUAL, stencil, STENCIL_MASK);
+    gl.StencilFunc(GL_EQUAL, stencil, STENCIL_THING);
     gl_draw_fullscreen();
 }
 

@@ -42,6 +42,17 @@ typedef struct VeilTargets {
     GLuint color, color_target;       /* layer: RGBA16F premultiplied, linear */
 } VeilTargets;
 
+/* What only films of splats have. */
+typedef struct SplatPrograms {
+    GLuint visible, sum, sum_measured, words, words_measured;
+    GLint sum_panel_scale, words_side;
+} SplatPrograms;
+
+typedef struct Splats {
+    SplatPrograms programs;
+    GLuint frame, place, target; /* layer: RGBA32F sums, with the layer's depth and stencil */
+} Splats;
+
 typedef struct Programs {
     GLuint depth, linear, occlusion, blur, still, backdrop, soften, gbuffer, gbuffer_measured,
         prop_words, prop, composite, gbuffer_veil, merge_veil;
@@ -52,7 +63,8 @@ typedef struct Programs {
 
 /* The cloth's vertices and triangles in the driver. */
 typedef struct SurfaceBuffers {
-    GLuint array, vertices, uv, values, fine, coarse; /* values: of measuring looks, or 0 */
+    GLuint array, vertices, uv, values, surfels, fine,
+        coarse;     /* values: of measuring looks, or 0; surfels: of splats, or 0 */
     GLuint *blocks; /* (cloth_count) ClothBlock or MeasuredBlock */
     bool uploaded;
 } SurfaceBuffers;
@@ -84,6 +96,7 @@ struct Painter {
     Targets targets;
     bool veiled; /* some cloth is sheer */
     VeilTargets veil;
+    Splats splats;
     Programs programs;
     SurfaceBuffers cloth;
     PropBuffers *prop_buffers; /* (prop_count) */
@@ -111,11 +124,20 @@ void pass_gbuffer(Painter *painter, const FrameView *view);
 void pass_cloth(Painter *painter, const FrameView *view);
 void pass_props(Painter *painter, const FrameView *view);
 void pass_composite(Painter *painter);
-/* Stencil value of a cloth; 0 is nothing, the obstacles come after the cloths. */
+/* Stencil value of a cloth; 0 is nothing, the obstacles come after the cloths. Splats whose back is
+ * seen add STENCIL_BACK, which only they look at. */
+#define STENCIL_THING 0x7f
+#define STENCIL_BACK 0x80
 int passes_stencil_of_cloth(int cloth);
 /* Shades the samples with this stencil value inside a box of the world. */
 void passes_shade(const Painter *painter, int stencil, const StageBox *box);
 bool passes_is_sheer(const Painter *painter, int cloth);
+
+/* ---- splats.c: surfels instead of the fine triangles; only called when the film asks ---- */
+bool splats_create_programs(Painter *painter, Error *error);
+void splats_create_targets(Painter *painter);
+void splats_destroy(Painter *painter);
+void pass_splats(Painter *painter, const FrameView *view);
 
 /* ---- veil.c: sheer cloth over everything else; only called when there is some ---- */
 bool veil_create_programs(Painter *painter, Error *error);

@@ -4,9 +4,13 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "render/surfel.h"
 #include "sim/base/error.h"
 
-#define CELL_PIXELS 1.75     /* [px] width of a cell: smaller ones waste the rasteriser */
+#define CELL_PIXELS 1.75 /* [px] width of a cell: smaller ones waste the rasteriser */
+#define SPLAT_PIXELS 2.5 /* [px] the same of surfels: each carries its slopes, so fewer do */
+#define SPLAT_SHARE                                                                                \
+    0.55 /* of the triangles that would be allowed: keeps their cost near a mesh's */
 #define CELL_GROWTH 1.04     /* cells grow by this until the surface is under the cap */
 #define CELL_GROWTH_MOST 300 /* steps: a cloth that is large by itself is drawn as it is */
 
@@ -15,6 +19,7 @@ struct Resampler {
     const ResampleKind **kinds; /* (part_count) */
     void **plans;               /* (part_count) */
     double *s;                  /* [m] (layout vertex_count x 3) */
+    bool derivatives;           /* in the vertices, for splats */
     Surface surface;
 };
 
@@ -58,11 +63,12 @@ Resampler *resample_create(const StateLayout *layout, const ResampleDef *def) {
     resampler->kinds = arena_push(arena, const ResampleKind *, layout->cloth_count);
     resampler->plans = arena_push(arena, void *, layout->cloth_count);
     resampler->s = arena_push(arena, double, 3 * layout->vertex_count);
-    double cell = CELL_PIXELS / def->pixels_per_metre;
+    double cell = (def->splats ? SPLAT_PIXELS : CELL_PIXELS) / def->pixels_per_metre;
     ArenaMark mark = arena_mark(arena);
     for (int i = 0; i < CELL_GROWTH_MOST; i++) {
         arena_rewind(arena, mark);
-        if (plan_parts(resampler, layout, cell) <= def->triangle_cap) {
+        if (plan_parts(resampler, layout, cell) <=
+            (def->splats ? SPLAT_SHARE * def->triangle_cap : def->triangle_cap)) {
             break;
         }
         cell *= CELL_GROWTH;
@@ -78,6 +84,11 @@ Resampler *resample_create(const StateLayout *layout, const ResampleDef *def) {
             resampler->kinds[i]->prepare(resampler->plans[i], arena);
         }
         resampler->kinds[i]->connect(resampler->plans[i], surface, &surface->parts[i]);
+    }
+    resampler->derivatives = def->splats;
+    if (def->splats) {
+        surface->surfels = arena_push(arena, Surfel, surface->vertex_count);
+        surfel_fill(layout, surface);
     }
     return resampler;
 }
@@ -108,7 +119,7 @@ const Surface *resample_frame(Resampler *resampler, const StateLayout *layout, c
     for (int i = 0; i < surface->part_count; i++) {
         const double *nodes = x + 3 * layout->node_begin[i];
         const double *vertices = resampler->s + 3 * layout->vertex_begin[i];
-        resampler->kinds[i]->evaluate(resampler->plans[i], nodes, vertices,
+        resampler->kinds[i]->evaluate(resampler->plans[i], nodes, vertices, resampler->derivatives,
                                       surface->vertices + surface->parts[i].vertex_begin);
     }
     find_box(surface);
@@ -133,7 +144,7 @@ void resample_values(Resampler *resampler, const StateLayout *layout, int cloth,
     for (int i = 0; i < count; i++) {
         points[3 * (size_t)i] = values[i];
     }
-    resampler->kinds[cloth]->evaluate(resampler->plans[cloth], points, points, spread);
+    resampler->kinds[cloth]->evaluate(resampler->plans[cloth], points, points, true, spread);
     for (int i = 0; i < part->vertex_count; i++) {
         surface->values[part->vertex_begin + i] = spread[i].position[0];
     }
@@ -142,7 +153,15 @@ void resample_values(Resampler *resampler, const StateLayout *layout, int cloth,
 
 const Surface *resample_surface(const Resampler *resampler) { return &resampler->surface; }
 
-void resample_set_frame(SurfaceVertex *vertex, const double du[3], const double dv[3]) {
+void resample_set_frame(SurfaceVertex *vertex, const double du[3], const double dv[3],
+                        bool derivatives) {
+    if (derivatives) {
+        for (int k = 0; k < 3; k++) {
+            vertex->normal[k] = (float)du[k];
+            vertex->tangent[k] = (float)dv[k];
+        }
+        return;
+    }
     Vec3 u = vec3_unit(vec3_load(du), vec3(1, 0, 0));
     Vec3 v = vec3_unit(vec3_load(dv), vec3(0, 1, 0));
     Vec3 normal = vec3_unit(vec3_cross(u, v), vec3(0, 0, 1));

@@ -17,7 +17,8 @@
 #include "sim/base/arena.h"
 #include "sim/state/state.h"
 
-/* One vertex as the graphics driver reads it. */
+/* One vertex as the graphics driver reads it. For splats normal and tangent are the derivatives of
+ * the position along u and v. */
 typedef struct SurfaceVertex {
     float position[3]; /* [m] */
     float normal[3];   /* unit, out of the face side */
@@ -36,12 +37,15 @@ typedef struct SurfacePart {
 } SurfacePart;
 
 /* All cloths of a layout. */
+typedef struct Surfel Surfel; /* render/surfel.h */
+
 typedef struct Surface {
     int part_count, vertex_count, fine_count, coarse_count;
     SurfacePart *parts;      /* (part_count) */
     SurfaceVertex *vertices; /* (vertex_count), rewritten for each frame */
     float *uv;               /* [m] (vertex_count x 2), from the panel's corner */
     float *values;           /* (vertex_count) see resample_values; NULL unless asked for */
+    Surfel *surfels;         /* (vertex_count) of splats, or NULL; then vertices hold du, dv */
     uint32_t *fine;          /* (fine_count x 3) triangles to look at */
     uint32_t *coarse;        /* (coarse_count x 3) every second vertex: shadow, occlusion */
     float low[3], high[3];   /* [m] bounding box of the vertices */
@@ -50,6 +54,7 @@ typedef struct Surface {
 typedef struct ResampleDef {
     double pixels_per_metre; /* on the screen, where the cloth is */
     int triangle_cap;        /* of all cloths together; 100000 */
+    bool splats;             /* fill surfels; vertices hold derivatives; false */
     bool values;             /* make room for numbers of measuring looks; false */
 } ResampleDef;
 
@@ -64,8 +69,10 @@ typedef struct ResampleKind {
     void (*prepare)(void *plan, Arena *arena);
     /* Fills uv and triangles of the part. */
     void (*connect)(const void *plan, Surface *surface, const SurfacePart *part);
-    /* Fills the vertices of the part from x (nodes) and s (surface vertices), both [m]. */
-    void (*evaluate)(void *plan, const double *x, const double *s, SurfaceVertex *vertices);
+    /* Fills the vertices of the part from x (nodes) and s (surface vertices), both [m];
+     * derivatives: in place of normal and tangent. */
+    void (*evaluate)(void *plan, const double *x, const double *s, bool derivatives,
+                     SurfaceVertex *vertices);
 } ResampleKind;
 
 extern const ResampleKind resample_lattice, resample_scattered;
@@ -89,7 +96,9 @@ void resample_values(Resampler *resampler, const StateLayout *layout, int cloth,
 /* False if the surface vertices of a cloth are not where its numbers would be needed. */
 bool resample_takes_values(const StateLayout *layout, int cloth);
 
-/* Unit normal and tangent from the derivatives along u and v. Collapsed surfaces get any. */
-void resample_set_frame(SurfaceVertex *vertex, const double du[3], const double dv[3]);
+/* Unit normal and tangent from the derivatives along u and v, or these themselves. Collapsed surfaces
+ * get any normal. */
+void resample_set_frame(SurfaceVertex *vertex, const double du[3], const double dv[3],
+                        bool derivatives);
 
 #endif

@@ -239,7 +239,7 @@ static void evaluate_rows(LatticePlan *plan) {
     }
 }
 
-static void evaluate_columns(const LatticePlan *plan, SurfaceVertex *vertex) {
+static void evaluate_columns(const LatticePlan *plan, bool derivatives, SurfaceVertex *vertex) {
     ptrdiff_t columns = plan->cells[0] + 1, row = 6 * columns;
     for (int j = 0; j <= plan->cells[1]; j++) {
         const Tap *tap = &plan->taps[1][j];
@@ -256,18 +256,18 @@ static void evaluate_columns(const LatticePlan *plan, SurfaceVertex *vertex) {
                         tap->slope[3] * p[3 * row];
                 vertex->position[k] = (float)at;
             }
-            resample_set_frame(vertex, du, dv);
+            resample_set_frame(vertex, du, dv, derivatives);
         }
     }
 }
 
-static void lattice_evaluate(void *plan_data, const double *x, const double *s,
+static void lattice_evaluate(void *plan_data, const double *x, const double *s, bool derivatives,
                              SurfaceVertex *vertices) {
     (void)s; /* the nodes of a lattice lie on the surface */
     LatticePlan *plan = plan_data;
     find_coefficients(plan, x);
     evaluate_rows(plan);
-    evaluate_columns(plan, vertices);
+    evaluate_columns(plan, derivatives, vertices);
 }
 
 const ResampleKind resample_lattice = {"lattice", lattice_plan, NULL, lattice_connect,

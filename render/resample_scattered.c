@@ -342,7 +342,7 @@ static void scattered_connect(const void *plan_data, Surface *surface, const Sur
     }
 }
 
-static void evaluate_sample(const double *row, double (*near)[3], int count,
+static void evaluate_sample(const double *row, double (*near)[3], int count, bool derivatives,
                             SurfaceVertex *vertex) {
     double sum[PARTS][3] = {{0}};
     for (int c = 0; c < count; c++) {
@@ -356,10 +356,10 @@ static void evaluate_sample(const double *row, double (*near)[3], int count,
     for (int k = 0; k < 3; k++) {
         vertex->position[k] = (float)sum[0][k];
     }
-    resample_set_frame(vertex, sum[1], sum[2]);
+    resample_set_frame(vertex, sum[1], sum[2], derivatives);
 }
 
-static void scattered_evaluate(void *plan_data, const double *x, const double *s,
+static void scattered_evaluate(void *plan_data, const double *x, const double *s, bool derivatives,
                                SurfaceVertex *vertices) {
     (void)x;
     const ScatteredPlan *plan = plan_data;
@@ -371,7 +371,7 @@ static void scattered_evaluate(void *plan_data, const double *x, const double *s
             memcpy(near[c], s + 3 * plan->column[begin + c], sizeof near[c]);
         }
         for (int i = 0; i < samples_of(plan); i++, row += PARTS * count) {
-            evaluate_sample(row, near, count, vertices++);
+            evaluate_sample(row, near, count, derivatives, vertices++);
         }
     }
 }

@@ -24,6 +24,9 @@
     X(PROP_VERTEX, "prop.vert.glsl")                                                               \
     X(PROP_WORDS, "prop_words.frag.glsl")                                                          \
     X(PROP, "prop.frag.glsl")                                                                      \
+    X(SPLAT_VERTEX, "splat.vert.glsl")                                                             \
+    X(SPLAT_FRAGMENT, "splat.frag.glsl")                                                           \
+    X(SPLAT_WORDS, "splat_words.frag.glsl")                                                        \
     X(VEIL, "veil.frag.glsl")                                                                      \
     X(COMPOSITE, "composite.frag.glsl")
 

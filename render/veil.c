@@ -7,8 +7,9 @@
 
 bool veil_create_programs(Painter *painter, Error *error) {
     Programs *programs = &painter->programs;
-    programs->gbuffer_veil =
-        gl_program_create(SHADER_GBUFFER_VERTEX, SHADER_GBUFFER_FRAGMENT, "#define PEEL\n", error);
+    programs->gbuffer_veil = gl_program_create(
+        SHADER_GBUFFER_VERTEX, SHADER_GBUFFER_FRAGMENT,
+        painter->def.splats ? "#define PEEL\n#define DERIVATIVES\n" : "#define PEEL\n", error);
     programs->merge_veil =
         programs->gbuffer_veil ? gl_program_create(SHADER_FULLSCREEN, SHADER_VEIL, "", error) : 0;
     if (!programs->merge_veil) {

@@ -48,6 +48,13 @@ vec3 view_position(vec2 ndc, float z) { return vec3(ndc * ray.xy * mix(1.0, z, r
 // Unit vector from p to the eye.
 vec3 view_vector(vec3 p) { return normalize(eye.xyz - eye.w * p); }
 
+// Unit vectors to the right and up across a view vector, in the camera's sense.
+void view_frame(vec3 view, out vec3 across, out vec3 up) {
+    vec3 above = vec3(world_clip[0][1], world_clip[1][1], world_clip[2][1]); // along the camera's up
+    across = normalize(cross(above, view));
+    up = cross(view, across);
+}
+
 // Unit vectors across n, without a branch and continuous but at n.z = 0 (Duff et al. 2017).
 void frame_around(vec3 n, out vec3 s, out vec3 t) {
     float side = n.z >= 0.0 ? 1.0 : -1.0;

@@ -13,8 +13,13 @@ out vec3 tangent;
 out vec2 uv;
 
 void main() {
+#ifdef DERIVATIVES // along u and v, in place of normal and tangent
+    normal = normalize(cross(normal_in, tangent_in) + vec3(0.0, 0.0, 1e-30));
+    tangent = normalize(normal_in + vec3(1e-30, 0.0, 0.0));
+#else
     normal = normal_in;
     tangent = tangent_in;
+#endif
     uv = uv_in;
 #ifdef MEASURED
     value = value_in;

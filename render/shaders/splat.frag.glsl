@@ -1,0 +1,37 @@
+// Adds up what the surfels of one surface say, weighted by the distance from their middles.
+in vec2 disc;
+in vec2 uv;
+flat in vec4 line_a;
+flat in vec3 line_b;
+#ifndef VISIBLE
+flat in vec4 frame;
+noperspective in float window_depth;
+#ifdef MEASURED
+flat in float value;
+#else
+uniform vec2 panel_scale; // [1/m] 1 / panel size
+#endif
+layout(location = 0) out vec4 sum_frame;
+layout(location = 1) out vec4 sum_place; // xy: place; z: window depth; w: weight
+#endif
+
+const float RIM = 0.985; // of the squared radius: weights stay above rounding
+
+void main() {
+    float r2 = dot(disc, disc);
+    float a = dot(line_a.xyz, vec3(uv, 1.0)), b = dot(line_b, vec3(uv, 1.0));
+    float inside = line_a.w > 0.5 ? max(a, b) : min(a, b);
+    if (r2 > RIM || inside < 0.0) {
+        discard;
+    }
+#ifndef VISIBLE
+    float weight = (1.0 - r2) * (1.0 - r2);
+#ifdef MEASURED
+    vec2 place = vec2(value, 0.0);
+#else
+    vec2 place = uv * panel_scale;
+#endif
+    sum_frame = weight * frame;
+    sum_place = weight * vec4(place, window_depth, 1.0);
+#endif
+}

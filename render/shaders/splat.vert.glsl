@@ -1,0 +1,57 @@
+// Surfels: one triangle around each. VISIBLE: only their depth. Else they come a little nearer, so that
+// what lies in the surface seen is summed and what lies behind it is not.
+layout(std430, binding = 0) readonly buffer Vertices { float vertices[]; }; // SurfaceVertex
+layout(std430, binding = 1) readonly buffer Surfels { float surfels[]; };   // Surfel
+#ifdef MEASURED
+layout(std430, binding = 2) readonly buffer Values { float values[]; };
+#endif
+
+const int VERTEX_FLOATS = 9, SURFEL_FLOATS = 10;
+const float NEARER = 0.30; // of the radius, across the surface: more blends layers, less cuts discs
+
+out vec2 disc;           // place in the disc; its rim is at 1
+out vec2 uv;             // [m] from the panel's corner
+flat out vec4 line_a;    // clip lines; w: 1 = either is enough
+flat out vec3 line_b;
+#ifndef VISIBLE
+flat out vec4 frame;     // normal across the view; direction of the tangent around it
+noperspective out float window_depth; // where it really is
+#ifdef MEASURED
+flat out float value;
+#endif
+#endif
+
+vec3 vertex_part(int at) { return vec3(vertices[at], vertices[at + 1], vertices[at + 2]); }
+
+void main() {
+    int number = gl_VertexID / 3, corner = gl_VertexID - 3 * number;
+    int v = number * VERTEX_FLOATS, s = number * SURFEL_FLOATS;
+    vec3 p = vertex_part(v), du = vertex_part(v + 3), dv = vertex_part(v + 6);
+    float radius = surfels[s + 2];
+    // corners of the equilateral triangle around the unit circle
+    disc = corner == 0 ? vec2(2.0, 0.0) : vec2(-1.0, corner == 1 ? 1.7320508 : -1.7320508);
+    uv = vec2(surfels[s], surfels[s + 1]) + radius * disc;
+    line_a = vec4(surfels[s + 4], surfels[s + 5], surfels[s + 6], surfels[s + 3]);
+    line_b = vec3(surfels[s + 7], surfels[s + 8], surfels[s + 9]);
+    vec3 at = p + radius * (disc.x * du + disc.y * dv);
+    vec3 view = view_vector(p), face = normalize(cross(du, dv) + vec3(0.0, 0.0, 1e-30));
+    bool back = dot(face, view) < 0.0;
+    vec3 n = back ? -face : face;
+    gl_Position = world_clip * vec4(at, 1.0);
+#ifndef VISIBLE
+    window_depth = gl_Position.z / gl_Position.w * 0.5 + 0.5;
+    float size = radius * max(length(du), length(dv)), slant = max(dot(n, view), 0.1);
+    vec4 nearer = world_clip * vec4(at + view_vector(at) * (NEARER * size / slant), 1.0);
+    gl_Position.z = nearer.z / nearer.w * gl_Position.w; // the same pixels as VISIBLE, to the bit
+    vec3 across, up;
+    view_frame(view, across, up);
+    vec3 seen = vec3(dot(n, across), dot(n, up), max(dot(n, view), 0.0)), first, second;
+    frame_around(seen, first, second);
+    vec3 tangent = normalize(du + vec3(1e-30, 0.0, 0.0));
+    tangent = vec3(dot(tangent, across), dot(tangent, up), dot(tangent, view));
+    frame = vec4(seen.xy, dot(tangent, first), dot(tangent, second));
+#ifdef MEASURED
+    value = values[number];
+#endif
+#endif
+}

@@ -1,0 +1,159 @@
+/* Point splats into the words of the G-buffer [Zwicker et al. 2001: Surface splatting; Botsch et al.
+ * 2005: High-quality surface splatting on today's GPUs]: the nearest depth of all discs, then the
+ * weighted sum of those that lie in the surface seen, then its mean. */
+#include "render/passes.h"
+
+enum { STORAGE_VERTICES, STORAGE_SURFELS, STORAGE_VALUES };
+
+bool splats_create_programs(Painter *painter, Error *error) {
+    SplatPrograms *programs = &painter->splats.programs;
+    const struct {
+        GLuint *program;
+        ShaderName vertex, fragment;
+        const char *defines;
+    } list[] = {
+        {&programs->visible, SHADER_SPLAT_VERTEX, SHADER_SPLAT_FRAGMENT, "#define VISIBLE\n"},
+        {&programs->sum, SHADER_SPLAT_VERTEX, SHADER_SPLAT_FRAGMENT, ""},
+        {&programs->sum_measured, SHADER_SPLAT_VERTEX, SHADER_SPLAT_FRAGMENT, "#define MEASURED\n"},
+        {&programs->words, SHADER_FULLSCREEN, SHADER_SPLAT_WORDS, ""},
+        {&programs->words_measured, SHADER_FULLSCREEN, SHADER_SPLAT_WORDS, "#define MEASURED\n"},
+    };
+    for (size_t i = 0; i < sizeof list / sizeof *list; i++) {
+        *list[i].program =
+            gl_program_create(list[i].vertex, list[i].fragment, list[i].defines, error);
+        if (!*list[i].program) {
+            return false;
+        }
+    }
+    programs->words_side = gl.GetUniformLocation(programs->words, "side");
+    programs->sum_panel_scale = gl.GetUniformLocation(programs->sum, "panel_scale");
+    return true;
+}
+
+void splats_create_targets(Painter *painter) {
+    Splats *splats = &painter->splats;
+    Size layer = painter->targets.layer;
+    const GLenum buffers[2] = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1};
+    splats->frame = gl_texture_create(GL_RGBA32F, layer.width, layer.height, GL_NEAREST);
+    splats->place = gl_texture_create(GL_RGBA32F, layer.width, layer.height, GL_NEAREST);
+    splats->target = gl_target_create(splats->frame, painter->targets.layer_depth, true);
+    gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT1, GL_TEXTURE_2D, splats->place, 0);
+    gl.DrawBuffers(2, buffers);
+    ASSERT(gl.CheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE);
+}
+
+void splats_destroy(Painter *painter) {
+    Splats *splats = &painter->splats;
+    const SplatPrograms *p = &splats->programs;
+    GLuint textures[] = {splats->frame, splats->place};
+    GLuint programs[] = {p->visible, p->sum, p->sum_measured, p->words, p->words_measured};
+    gl.DeleteTextures(2, textures);
+    gl.DeleteFramebuffers(1, &splats->target);
+    for (size_t i = 0; i < sizeof programs / sizeof *programs; i++) {
+        gl.DeleteProgram(programs[i]);
+    }
+}
+
+static bool is_measured(const Painter *painter, int cloth) {
+    return painter->looks[cloth]->quantity != QUANTITY_NONE;
+}
+
+/* Three corners a surfel, fetched by number. */
+static void draw_surfels(const SurfacePart *part) {
+    gl_draw_numbered(3 * part->vertex_begin, 3 * part->vertex_count);
+}
+
+static void bind_storage(const Painter *painter) {
+    const SurfaceBuffers *cloth = &painter->cloth;
+    gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, STORAGE_VERTICES, cloth->vertices);
+    gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, STORAGE_SURFELS, cloth->surfels);
+    if (cloth->values) {
+        gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, STORAGE_VALUES, cloth->values);
+    }
+}
+
+/* The face and the back of a cloth never mix, even where they meet at the rim of a fold. */
+static void set_stencil(GLenum function, int cloth) {
+    int value = passes_stencil_of_cloth(cloth);
+    gl.StencilFuncSeparate(GL_FRONT, function, value, 0xff);
+    gl.StencilFuncSeparate(GL_BACK, function, value | STENCIL_BACK, 0xff);
+}
+
+/* Depth and stencil of what is nearest; the words' target has them. */
+static void find_visible(const Painter *painter, const FrameView *view) {
+    gl.ColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+    gl.UseProgram(painter->splats.programs.visible);
+    for (int i = 0; i < view->surface->part_count; i++) {
+        if (!passes_is_sheer(painter, i)) {
+            set_stencil(GL_ALWAYS, i);
+            draw_surfels(&view->surface->parts[i]);
+        }
+    }
+    gl.ColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+}
+
+static void add_up(const Painter *painter, const FrameView *view) {
+    const Splats *splats = &painter->splats;
+    Size layer = painter->targets.layer;
+    const float nothing[4] = {0, 0, 0, 0};
+    gl_target_bind(splats->target, layer.width, layer.height);
+    gl.ClearBufferfv(GL_COLOR, 0, nothing);
+    gl.ClearBufferfv(GL_COLOR, 1, nothing);
+    gl.DepthMask(GL_FALSE);
+    gl.DepthFunc(GL_LEQUAL);
+    gl.StencilMask(0);
+    gl.Enable(GL_BLEND);
+    gl.BlendFunc(GL_ONE, GL_ONE);
+    for (int i = 0; i < view->surface->part_count; i++) {
+        const SurfacePart *part = &view->surface->parts[i];
+        if (passes_is_sheer(painter, i)) {
+            continue;
+        }
+        bool measured = is_measured(painter, i);
+        gl.UseProgram(measured ? splats->programs.sum_measured : splats->programs.sum);
+        if (!measured) {
+            gl.Uniform2f(splats->programs.sum_panel_scale, (float)(1.0 / part->size[0]),
+                         (float)(1.0 / part->size[1]));
+        }
+        set_stencil(GL_EQUAL, i);
+        draw_surfels(part);
+    }
+    gl.Disable(GL_BLEND);
+    gl.DepthFunc(GL_LESS);
+    gl.DepthMask(GL_TRUE);
+}
+
+static void write_words(const Painter *painter, const FrameView *view) {
+    const Targets *t = &painter->targets;
+    const SplatPrograms *programs = &painter->splats.programs;
+    gl.Disable(GL_DEPTH_TEST);
+    gl_target_bind(t->words_target, t->layer.width, t->layer.height);
+    gl_texture_bind(UNIT_INPUT, painter->splats.frame);
+    gl_texture_bind(UNIT_LAYER, painter->splats.place);
+    for (int i = 0; i < 2 * view->surface->part_count; i++) {
+        int cloth = i / 2, back = i % 2;
+        bool measured = is_measured(painter, cloth);
+        if (!passes_is_sheer(painter, cloth)) {
+            gl.UseProgram(measured ? programs->words_measured : programs->words);
+            if (!measured) {
+                gl.Uniform1i(programs->words_side, back);
+            }
+            gl.StencilFunc(GL_EQUAL, passes_stencil_of_cloth(cloth) | (back ? STENCIL_BACK : 0),
+                           0xff);
+            gl_draw_fullscreen();
+        }
+    }
+}
+
+void pass_splats(Painter *painter, const FrameView *view) {
+    ScreenBox screen = screen_box_empty();
+    screen_box_add(&screen, &painter->stage, &view->cloth_box, 0.0);
+    bind_storage(painter);
+    gl.StencilMask(0xff);
+    gl.StencilOp(GL_KEEP, GL_KEEP, GL_REPLACE);
+    find_visible(painter, view);
+    passes_scissor(&screen, painter->targets.layer, 2);
+    add_up(painter, view);
+    write_words(painter, view);
+    passes_scissor_off();
+}

@@ -1,0 +1,25 @@
+/* surfel.h: points of a surface that cover it, and where they end.
+ *
+ * Each vertex of a resampled surface is a surfel: a disc in the panel that the derivatives of the
+ * surface turn into an ellipse in space, so that stretched or sheared cloth has no holes. Near the
+ * border of the panel a disc is cut by one or two straight lines, so that the cloth ends in a line
+ * [Zwicker et al. 2004: Perspective accurate splatting; sharp features by clip lines].
+ */
+#ifndef TOILE_RENDER_SURFEL_H
+#define TOILE_RENDER_SURFEL_H
+
+#include "render/resample.h"
+
+/* What stays the same for all frames; read by splat.vert.glsl as SURFEL_FLOATS numbers. */
+struct Surfel {
+    float uv[2];      /* [m] from the panel's corner */
+    float radius;     /* [m] in the panel; 0: another surfel lies in the same place */
+    float concave;    /* 1: inside is where either line says so, 0: where both do */
+    float line[2][3]; /* a, b, c: inside is where a u + b v + c >= 0 */
+};
+#define SURFEL_FLOATS 10
+
+/* Fills surface->surfels from uv and fine triangles of the surface and the border of the layout. */
+void surfel_fill(const StateLayout *layout, Surface *surface);
+
+#endif
