@@ -22,8 +22,8 @@ typedef struct SceneContext {
 
 static inline SceneContext *scene_context(const Reader *reader) { return reader->context; }
 
-extern const Schema scene_schema, film_schema, cloth_schema, shape_schema, handle_schema,
-    obstacle_schema, mesh_schema, motion_schema, pose_turn_schema;
+extern const Schema scene_schema, film_schema, camera_schema, cloth_schema, shape_schema,
+    handle_schema, obstacle_schema, mesh_schema, motion_schema, pose_turn_schema;
 
 /* custom fields of scene_schema; `member` is the Scene */
 FieldRead scene_read_film, scene_read_cloths, scene_read_handles, scene_read_obstacles;
@@ -45,6 +45,12 @@ typedef struct MotionKeys {
 } MotionKeys;
 bool motion_read(Reader *reader, const MotionKeys *keys, Vec3 centre, Motion *motion);
 void motion_print(FILE *out, int indent, const Motion *motion);
+
+/* `camera` and `cameras` of a film; the end of the film ends an orbit that does not say. */
+bool camera_read(Reader *reader, const Yaml *value, Film *film);
+bool cameras_read(Reader *reader, const Yaml *value, Film *film);
+void camera_end(Film *film, double seconds);
+void camera_print(FILE *out, int indent, const Film *film);
 
 /* `mesh` of an obstacle; animated: `motion: file`. NULL and a report. */
 const MeshDef *mesh_read(Reader *reader, const Yaml *value, bool animated);

@@ -3,6 +3,8 @@
 #include <limits.h>
 #include <string.h>
 
+#include "sim/state/film_record.h"
+
 #define FILM_NUMBERS 18
 #define MAX_ITEMS 100000 /* cloths or obstacles in one scene */
 
@@ -215,7 +217,9 @@ bool decode_header(const StateArray *arrays, int count, Arena *arena, StateHeade
     memcpy(&bits, hash->data, sizeof bits);
     header->scene_hash = (uint64_t)bits;
     const char *cloths = decode_text(record_find(arrays, count, "cloth.text", STATE_U8, 1), arena);
+    header->film = film_default();
     return decode_film(film->data, &header->film) &&
+           film_record_decode(arrays, count, &header->film) &&
            decode_obstacles(arrays, count, solids, arena, header) &&
            decode_cloths(thickness, cloths, arena, header);
 }

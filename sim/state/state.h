@@ -26,6 +26,10 @@
  *
  * HEAD  program u8[], scene_text u8[] (as read), scene_path u8[], scene_hash i64[1],
  *       film f64[18] (the fields of Film in their order), obstacle.text u8[] ("name look" lines),
+ *       film.more f64[8] (surface, range from, to, blur, blur_samples, play, show_time, show_scale),
+ *       film.view f64[cameras][16] (kind, eye, target, up, fov, pixels_per_mm, orbit angle, from, to, keys,
+ *       + 0.5 to follow; the film's own first), film.name u8[] (a line each), film.key f64[keys][8] (time,
+ *       eye, target, fov; those of the first camera first), film.title u8[],
  *       obstacle.solid f64[obstacles][5] (kind, half x y z, radius; kind 6: a mesh, the radius of the
  *       ball around its origin that holds it), and when there are meshes
  *       obstacle.mesh_begin i32[obstacles + 1][2] (ranges of the next two),

@@ -6,6 +6,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "sim/state/film_record.h"
 #include "sim/state/record.h"
 
 #define WRITER_MAX_ARRAYS 64
@@ -180,7 +181,7 @@ bool state_write_header(StateWriter *writer, const StateHeader *header, Error *e
     char *obstacle_text = lines_of(writer, obstacles, 2, obstacle_field, header->obstacles);
     char *cloth_text = lines_of(writer, cloths, 3, cloth_field, header->cloths);
     int64_t hash = (int64_t)header->scene_hash;
-    StateArray arrays[9 + MESH_ARRAYS] = {
+    StateArray arrays[9 + FILM_ARRAYS + MESH_ARRAYS] = {
         array_of("program", STATE_U8, 1, (int64_t)strlen(header->program), header->program),
         array_of("scene_text", STATE_U8, 1, (int64_t)strlen(header->scene_text),
                  header->scene_text),
@@ -193,7 +194,9 @@ bool state_write_header(StateWriter *writer, const StateHeader *header, Error *e
         array_of("cloth.text", STATE_U8, 1, (int64_t)strlen(cloth_text), cloth_text),
         array_of("cloth.thickness", STATE_F64, 1, cloths, thickness),
     };
-    int count = 9 + list_meshes(writer, header, arrays + 9);
+    film_record_encode(&header->film, &writer->scratch, arrays + 9);
+    int count = 9 + FILM_ARRAYS;
+    count += list_meshes(writer, header, arrays + count);
     bool ok = write_record(writer, STATE_HEAD, arrays, count, error);
     arena_rewind(&writer->scratch, mark);
     return ok;
