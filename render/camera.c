@@ -98,6 +98,16 @@ static double floor_of(const Film *film, const Camera *camera, const CameraReach
                                   : camera->target.z - camera->scale;
 }
 
+/* What follows from eye, target, basis and half_y. */
+static void set_depths(Camera *camera, double aspect) {
+    camera->half_x = camera->half_y * aspect;
+    camera->distance = vec3_dot(vec3_sub(camera->target, camera->eye), camera->forward);
+    camera->scale = camera->half_y * (camera->perspective ? camera->distance : 1.0);
+    camera->near = camera->perspective ? NEAR_PART * camera->distance
+                                       : fmin(0.0, camera->distance - FAR_SCALES * camera->scale);
+    camera->far = camera->distance + FAR_SCALES * camera->scale;
+}
+
 Camera camera_create(const Film *film, int width, int height, const CameraReach *reach,
                      double floor) {
     double aspect = (double)width / height;
@@ -121,13 +131,95 @@ Camera camera_create(const Film *film, int width, int height, const CameraReach 
     } else {
         camera.half_y = 1.0;
     }
-    camera.half_x = camera.half_y * aspect;
-    camera.distance = vec3_dot(vec3_sub(camera.target, camera.eye), camera.forward);
-    camera.scale = camera.half_y * (camera.perspective ? camera.distance : 1.0);
-    camera.near = camera.perspective ? NEAR_PART * camera.distance
-                                     : fmin(0.0, camera.distance - FAR_SCALES * camera.scale);
-    camera.far = camera.distance + FAR_SCALES * camera.scale;
+    set_depths(&camera, aspect);
     camera.floor_height = floor_of(film, &camera, reach, floor);
+    return camera;
+}
+
+bool camera_moves(const Film *film) {
+    return film->move.orbit != 0.0 || film->move.follow || film->move.key_count > 0;
+}
+
+/* Slope of a key's number: of the parabola through it and its neighbours, one-sided at the ends. */
+static double slope_at(const FilmKey *keys, int count, int i, double (*number)(const FilmKey *)) {
+    int a = i > 0 ? i - 1 : i, b = i + 1 < count ? i + 1 : i;
+    if (a == i || b == i) {
+        return (number(&keys[b]) - number(&keys[a])) / (keys[b].time - keys[a].time);
+    }
+    double h = keys[i].time - keys[a].time, k = keys[b].time - keys[i].time;
+    double left = (number(&keys[i]) - number(&keys[a])) / h;
+    double right = (number(&keys[b]) - number(&keys[i])) / k;
+    return (k * left + h * right) / (h + k);
+}
+
+/* Hermite's cubic between the two keys around a time; the first and last hold outside. */
+static double along_keys(const FilmKey *keys, int count, double time,
+                         double (*number)(const FilmKey *)) {
+    if (time <= keys[0].time || time >= keys[count - 1].time) {
+        return number(time <= keys[0].time ? &keys[0] : &keys[count - 1]);
+    }
+    int i = 0;
+    while (i + 2 < count && time >= keys[i + 1].time) {
+        i++;
+    }
+    double h = keys[i + 1].time - keys[i].time, t = (time - keys[i].time) / h, r = 1.0 - t;
+    return (1 + 2 * t) * r * r * number(&keys[i]) + t * t * (3 - 2 * t) * number(&keys[i + 1]) +
+           t * r * r * h * slope_at(keys, count, i, number) -
+           t * t * r * h * slope_at(keys, count, i + 1, number);
+}
+
+static double key_eye_x(const FilmKey *key) { return key->eye.x; }
+static double key_eye_y(const FilmKey *key) { return key->eye.y; }
+static double key_eye_z(const FilmKey *key) { return key->eye.z; }
+static double key_target_x(const FilmKey *key) { return key->target.x; }
+static double key_target_y(const FilmKey *key) { return key->target.y; }
+static double key_target_z(const FilmKey *key) { return key->target.z; }
+static double key_fov(const FilmKey *key) { return key->fov; }
+
+static void go_along_keys(const FilmMove *move, double time, Camera *camera) {
+    const FilmKey *keys = move->keys;
+    int count = move->key_count;
+    camera->eye =
+        vec3(along_keys(keys, count, time, key_eye_x), along_keys(keys, count, time, key_eye_y),
+             along_keys(keys, count, time, key_eye_z));
+    camera->target = vec3(along_keys(keys, count, time, key_target_x),
+                          along_keys(keys, count, time, key_target_y),
+                          along_keys(keys, count, time, key_target_z));
+    if (camera->perspective) {
+        camera->half_y = tan(0.5 * along_keys(keys, count, time, key_fov));
+    }
+}
+
+static void go_round(const FilmMove *move, double time, Camera *camera) {
+    double span = fmax(move->orbit_end - move->orbit_begin, 1e-9);
+    double part = fmin(fmax((time - move->orbit_begin) / span, 0.0), 1.0);
+    double angle = move->orbit * part * part * (3.0 - 2.0 * part), c = cos(angle), s = sin(angle);
+    Vec3 d = vec3_sub(camera->eye, camera->target);
+    camera->eye = vec3_axpy(camera->target, 1.0, vec3(c * d.x - s * d.y, s * d.x + c * d.y, d.z));
+}
+
+Camera camera_at(const Film *film, const Camera *start, double time, Vec3 moved) {
+    Camera camera = *start;
+    const FilmMove *move = &film->move;
+    if (!camera_moves(film)) {
+        return camera;
+    }
+    if (move->key_count > 0) {
+        go_along_keys(move, time, &camera);
+    }
+    if (move->orbit != 0.0) {
+        go_round(move, time, &camera);
+    }
+    if (move->follow) {
+        camera.eye = vec3_axpy(camera.eye, 1.0, moved);
+        camera.target = vec3_axpy(camera.target, 1.0, moved);
+    }
+    Film seen = *film;
+    seen.eye = camera.eye;
+    seen.target = camera.target;
+    Basis basis = basis_of(&seen);
+    camera.right = basis.right, camera.up = basis.up, camera.forward = basis.forward;
+    set_depths(&camera, start->half_x / start->half_y);
     return camera;
 }
 

@@ -47,6 +47,13 @@ void camera_reach_add(CameraReach *reach, Vec3 p);
 Camera camera_create(const Film *film, int width, int height, const CameraReach *reach,
                      double floor);
 
+/* True if pictures of different times are seen differently. */
+bool camera_moves(const Film *film);
+
+/* The camera at a time [s]: along its keys, round its orbit, and shifted by `moved` [m] when it follows.
+ * start: camera_create of the same film. */
+Camera camera_at(const Film *film, const Camera *start, double time, Vec3 moved);
+
 /* World -> clip coordinates. */
 Mat4 camera_clip(const Camera *camera);
 /* Its inverse. */

@@ -18,7 +18,12 @@ typedef struct Options {
     bool frames_given;
     int width, height;                /* [px] --size WxH; 0 = the film's */
     const Quality *quality;           /* --quality; standard */
-    bool splats;                      /* --splats: draw surfels, not triangles */
+    const char *camera;               /* --camera NAME, of film: cameras; NULL: the first */
+    const char *surface;              /* --surface mesh|splats; NULL: the film's */
+    const char *title;                /* --title TEXT; NULL: the film's */
+    double blur, play;                /* --blur PART, --play RATE; negative: the film's */
+    bool show_time, show_scale;       /* --show-time --show-scale, besides the film's */
+    int every;                        /* --every N frames; 1 */
     const char *look;                 /* --look NAME, instead of the cloths' own; NULL */
     QuantityRange range;              /* --range LOW,HIGH; low = high: automatic */
     int threads;                      /* --threads; all processors */
@@ -61,6 +66,9 @@ ExitCode command_compare(const Options *options, Error *error);
 ExitCode command_looks(const Options *options, Error *error);
 ExitCode command_versions(const Options *options, Error *error);
 ExitCode command_bench(const Options *options, Error *error);
+
+/* The film of a run with what the command line changes. Errors: EXIT_USAGE. */
+bool command_film(const Options *options, const Film *film, Film *changed, Error *error);
 
 /* Opens the run, waits as long as the pictures need, and prepares to draw it. *end: how the run
  * ended, RUN_FRAME while it is still going. NULL: error. */

@@ -42,10 +42,14 @@ Drawer *command_open(const Options *options, Run *run, RunEnd *end, Error *error
                   *end == RUN_DAMAGED ? state_damage(run->reader) : "");
         return NULL;
     }
+    Film film;
+    if (!command_film(options, &state_header(run->reader)->film, &film, error)) {
+        return NULL;
+    }
     DrawDef def = {.width = options->width,
                    .height = options->height,
                    .quality = options->quality,
-                   .splats = options->splats,
+                   .film = &film,
                    .look = options->look,
                    .range = options->range,
                    .threads = options->threads > 1 ? options->threads : 0};
@@ -100,28 +104,38 @@ static bool add_key(Job *job, int frame, uint64_t *frame_key, Error *error) {
     return true;
 }
 
+/* A video also depends on how fast it is shown. */
+static void start_key(Job *job) {
+    const Film *film = draw_film(job->drawer);
+    double numbers[] = {film->play > 0.0 ? film->play : film->rate, job->options->every};
+    job->key = hash_bytes(numbers, sizeof numbers);
+}
+
 /* True if a video or picture of a finished run is there and shows exactly what is asked for. */
 static bool is_made(Job *job, bool *made, Error *error) {
     *made = false;
+    start_key(job);
     if (job->end == RUN_FRAME || job->target.kind == OUTPUT_SEQUENCE || job->target.force) {
         return true;
     }
     uint64_t frame_key = 0;
-    for (int i = job->first; i <= job->last; i++) {
+    start_key(job);
+    for (int i = job->first; i <= job->last; i += job->options->every) {
         if (!add_key(job, i, &frame_key, error)) {
             return false;
         }
     }
     uint64_t key = job->target.kind == OUTPUT_VIDEO ? job->key : frame_key;
     *made = output_look(&job->target, job->first, key) == OUTPUT_VALID;
-    job->key = 0;
+    start_key(job);
     return true;
 }
 
 static bool open_output(Job *job, Error *error) {
     job->target.width = draw_width(job->drawer);
     job->target.height = draw_height(job->drawer);
-    job->target.rate = state_header(job->run.reader)->film.rate;
+    const Film *film = draw_film(job->drawer);
+    job->target.rate = film->play > 0.0 ? film->play : film->rate;
     job->target.background = job->options->threads > 1;
     if (!output_may_write(&job->target, job->first, error)) {
         return false;
@@ -153,10 +167,11 @@ static bool draw_one(Job *job, int frame, Error *error) {
 static bool draw_all(Job *job, Error *error) {
     int expected = state_header(job->run.reader)->film.frame_count;
     int total = (job->last >= 0 ? job->last + 1 : expected) - job->first;
+    int every = job->options->every;
     ProgressKind kind = job->options->quiet ? PROGRESS_NONE : job->options->progress;
     Progress progress = progress_start("render", kind, 0, total);
     bool good = true;
-    for (int i = job->first; good && (job->last < 0 || i <= job->last); i++) {
+    for (int i = job->first; good && (job->last < 0 || i <= job->last); i += every) {
         RunEnd end = run_wait(&job->run, i);
         if (interrupt_requested() || end == RUN_INTERRUPTED) {
             good = error_set(error, EXIT_INTERRUPTED, "interrupted");

@@ -1,39 +1,20 @@
-#include "render/draw.h"
+#include "render/draw_parts.h"
 
 #include <math.h>
 #include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #include "render/gl.h"
-#include "render/overlay.h"
 #include "sim/base/hash.h"
 
-#define DRAW_VERSION 1 /* raised when the C code changes what pictures look like */
-
-struct Drawer {
-    Arena arena;
-    Run *run;
-    DrawDef def;
-    Camera camera;
-    Arena scratch;       /* of a frame */
-    const Look **looks;  /* (cloth_count) */
-    double *thickness;   /* [m] (cloth_count) */
-    QuantityKind *kinds; /* (cloth_count) of measuring looks */
-    bool measures, shown_kinds[QUANTITY_COUNT];
-    QuantityRange ranges[QUANTITY_COUNT];
-    PaintProp *props; /* (obstacle_count) */
-    Painter *painter; /* NULL until the first frame is drawn */
-    Resampler *resampler;
-    int layout_index; /* of the resampler; -1 = none */
-    int drawn;        /* index of the frame in `image`; -1 = none */
-    uint64_t shown;   /* hash of what `image` shows */
-    Image image;
-    DrawTimes *times;
-};
+#define DRAW_VERSION 2 /* raised when the C code changes what pictures look like */
 
 static bool is_fixed(QuantityRange range) { return range.low < range.high; }
+
+static QuantityRange range_of(const DrawDef *def, const Film *film) {
+    return is_fixed(def->range) ? def->range : (QuantityRange){film->range[0], film->range[1]};
+}
 
 static const char *look_name(const DrawDef *def, const StateHeader *header, int cloth) {
     return def->look ? def->look : header->cloths[cloth].look;
@@ -43,18 +24,14 @@ bool draw_needs_end(Run *run, const DrawDef *def, Error *error) {
     int obstacle;
     double floor = run_floor(run, &obstacle, error);
     const StateHeader *header = state_header(run->reader);
-    bool ranges = false;
-    for (int i = 0; i < header->cloth_count && !is_fixed(def->range); i++) {
+    const Film *film = def->film ? def->film : &header->film;
+    bool ranges = false, fixed = is_fixed(range_of(def, film));
+    for (int i = 0; i < header->cloth_count && !fixed; i++) {
         Error unknown = {0};
         const Look *look = look_find(look_name(def, header, i), &unknown);
         ranges = ranges || (look && look->quantity != QUANTITY_NONE);
     }
-    return ranges || camera_needs_reach(&header->film, !isnan(floor));
-}
-
-/* What the film should look like. */
-static const Film *film_of(const Drawer *drawer) {
-    return drawer->def.film ? drawer->def.film : &state_header(drawer->run->reader)->film;
+    return ranges || camera_needs_reach(film, !isnan(floor));
 }
 
 static bool find_looks(Drawer *drawer, Error *error) {
@@ -73,7 +50,7 @@ static bool find_looks(Drawer *drawer, Error *error) {
 
 /* A colour means the same in all frames. */
 static bool find_ranges(Drawer *drawer, Error *error) {
-    QuantityRange given = drawer->def.range;
+    QuantityRange given = range_of(&drawer->def, &drawer->film);
     bool fixed = is_fixed(given);
     int found = 0;
     for (int kind = QUANTITY_NONE + 1; kind < QUANTITY_COUNT; kind++) {
@@ -92,7 +69,7 @@ static bool find_ranges(Drawer *drawer, Error *error) {
             return false;
         }
     }
-    return !fixed || drawer->measures ||
+    return !is_fixed(drawer->def.range) || drawer->measures ||
            error_set(error, EXIT_USAGE, "--range: no cloth has a measuring look (see looks)");
 }
 
@@ -100,7 +77,7 @@ static bool find_props(Drawer *drawer, int floor_obstacle, Error *error) {
     PaintProp *props = drawer->props;
     const StateHeader *header = state_header(drawer->run->reader);
     for (int i = 0; i < header->obstacle_count; i++) {
-        bool hidden = film_of(drawer)->floor && i == floor_obstacle;
+        bool hidden = drawer->film.floor && i == floor_obstacle;
         props[i] = (PaintProp){.solid = header->obstacles[i].solid,
                                .mesh = header->obstacles[i].mesh,
                                .hidden = hidden};
@@ -113,7 +90,7 @@ static bool find_props(Drawer *drawer, int floor_obstacle, Error *error) {
 }
 
 static bool find_camera(Drawer *drawer, double floor, Error *error) {
-    const Film *film = film_of(drawer);
+    const Film *film = &drawer->film;
     int width = drawer->def.width, height = drawer->def.height;
     CameraReach reach;
     bool needed = camera_needs_reach(film, !isnan(floor));
@@ -121,6 +98,25 @@ static bool find_camera(Drawer *drawer, double floor, Error *error) {
         return false;
     }
     drawer->camera = camera_create(film, width, height, needed ? &reach : NULL, floor);
+    return true;
+}
+
+Vec3 draw_middle(const StateFrame *frame, int node_count) {
+    Vec3 sum = {0, 0, 0};
+    for (int i = 0; i < node_count; i++) {
+        sum = vec3_axpy(sum, 1.0, vec3_load(frame->x + 3 * (size_t)i));
+    }
+    return vec3_scale(1.0 / (node_count > 0 ? node_count : 1), sum);
+}
+
+static bool find_middle(Drawer *drawer, Error *error) {
+    StateFrame frame;
+    StateLayout layout;
+    int layout_index;
+    if (!state_read_frame(drawer->run->reader, 0, &frame, &layout, &layout_index, error)) {
+        return false;
+    }
+    drawer->middle = draw_middle(&frame, layout.node_count);
     return true;
 }
 
@@ -136,12 +132,14 @@ static bool set_up(Drawer *drawer, Error *error) {
     if (none.code != EXIT_OK) {
         return error_set(error, none.code, "%s", none.text);
     }
+    if (drawer->film.move.follow && !find_middle(drawer, error)) {
+        return false;
+    }
     return find_looks(drawer, error) && find_ranges(drawer, error) &&
            find_props(drawer, floor_obstacle, error) && find_camera(drawer, floor, error);
 }
 
-/* The driver is started for the first frame that really has to be drawn. */
-static bool start_painter(Drawer *drawer, Error *error) {
+bool draw_start_painter(Drawer *drawer, Error *error) {
     if (drawer->painter) {
         return true;
     }
@@ -150,8 +148,8 @@ static bool start_painter(Drawer *drawer, Error *error) {
                     .height = drawer->def.height,
                     .quality = drawer->def.quality,
                     .camera = drawer->camera,
-                    .floor = film_of(drawer)->floor,
-                    .splats = drawer->def.splats,
+                    .floor = drawer->film.floor,
+                    .splats = drawer->film.surface == FILM_SPLATS,
                     .cloth_count = header->cloth_count,
                     .looks = drawer->looks,
                     .ranges = drawer->ranges,
@@ -168,13 +166,15 @@ static bool start_painter(Drawer *drawer, Error *error) {
 Drawer *draw_create(Run *run, const DrawDef *def, Error *error) {
     Drawer *drawer = calloc(1, sizeof *drawer);
     ASSERT(drawer);
-    const Film *film = &state_header(run->reader)->film;
     drawer->run = run;
     drawer->def = *def;
+    drawer->def.film = NULL;
+    drawer->film = def->film ? *def->film : state_header(run->reader)->film;
+    drawer->film.surface = def->splats ? FILM_SPLATS : drawer->film.surface;
     drawer->layout_index = drawer->drawn = -1;
     if (def->width <= 0) {
-        drawer->def.width = film->width;
-        drawer->def.height = film->height;
+        drawer->def.width = drawer->film.width;
+        drawer->def.height = drawer->film.height;
     }
     drawer->image = image_create(drawer->def.width, drawer->def.height);
     if (!set_up(drawer, error)) {
@@ -196,6 +196,7 @@ void draw_destroy(Drawer *drawer) {
     free(drawer);
 }
 
+const Film *draw_film(const Drawer *drawer) { return &drawer->film; }
 int draw_width(const Drawer *drawer) { return drawer->def.width; }
 int draw_height(const Drawer *drawer) { return drawer->def.height; }
 int draw_triangles(const Drawer *drawer) {
@@ -225,6 +226,33 @@ static bool hash_velocities(Drawer *drawer, int index, uint64_t *hash, Error *er
     return true;
 }
 
+bool draw_needs_velocities(const Drawer *drawer) {
+    return drawer->measures || drawer->film.blur > 0.0;
+}
+
+/* Adds what else the film asks for, and where a picture depends on more than its frame's places. */
+static bool add_film(Drawer *drawer, int index, uint64_t *seen, Error *error) {
+    const Film *film = &drawer->film;
+    const FilmMove *move = &film->move;
+    double numbers[] = {film->blur,       film->blur_samples, film->show_time, film->show_scale,
+                        move->orbit,      move->orbit_begin,  move->orbit_end, move->follow,
+                        drawer->middle.x, drawer->middle.y,   drawer->middle.z};
+    *seen = hash_pair(*seen, hash_bytes(numbers, sizeof numbers));
+    *seen = hash_pair(*seen, hash_bytes(film->title, strlen(film->title)));
+    *seen = hash_pair(*seen, hash_bytes(move->keys, sizeof *move->keys * (size_t)move->key_count));
+    *seen = hash_pair(*seen, hash_bytes(drawer->ranges, sizeof drawer->ranges));
+    int first = film->blur > 0.0 && index > 0 ? index - 1 : index;
+    for (int i = first; i <= index && draw_needs_velocities(drawer); i++) {
+        uint64_t places, moving;
+        if (!run_hash(drawer->run, i, i + 1, &places, error) ||
+            !hash_velocities(drawer, i, &moving, error)) {
+            return false;
+        }
+        *seen = hash_pair(*seen, hash_pair(places, moving));
+    }
+    return true;
+}
+
 bool draw_frame_key(Drawer *drawer, int index, uint64_t *key, Error *error) {
     const StateHeader *header = state_header(drawer->run->reader);
     const Camera *c = &drawer->camera;
@@ -233,13 +261,25 @@ bool draw_frame_key(Drawer *drawer, int index, uint64_t *key, Error *error) {
     if (!run_hash(drawer->run, index, index + 1, &frame, error)) {
         return false;
     }
-    double numbers[] = {c->eye.x,          c->eye.y,          c->eye.z,
-                        c->forward.x,      c->forward.y,      c->forward.z,
-                        c->up.x,           c->up.y,           c->up.z,
-                        c->half_x,         c->half_y,         c->distance,
-                        c->perspective,    c->floor_height,   header->film.floor,
-                        header->film.rate, drawer->def.width, drawer->def.height,
-                        drawer->def.splats};
+    double numbers[] = {c->eye.x,
+                        c->eye.y,
+                        c->eye.z,
+                        c->forward.x,
+                        c->forward.y,
+                        c->forward.z,
+                        c->up.x,
+                        c->up.y,
+                        c->up.z,
+                        c->half_x,
+                        c->half_y,
+                        c->distance,
+                        c->perspective,
+                        c->floor_height,
+                        drawer->film.floor,
+                        drawer->film.rate,
+                        drawer->def.width,
+                        drawer->def.height,
+                        drawer->film.surface};
     size_t settings = sizeof *quality - offsetof(Quality, samples);
     uint64_t seen = hash_bytes(numbers, sizeof numbers);
     for (int i = 0; i < header->cloth_count; i++) {
@@ -249,120 +289,11 @@ bool draw_frame_key(Drawer *drawer, int index, uint64_t *key, Error *error) {
     for (int i = 0; i < header->obstacle_count; i++) {
         seen = hash_pair(seen, prop_look_hash(drawer->props[i].look));
     }
-    if (drawer->measures) { /* numbers come from velocities too */
-        uint64_t moving;
-        if (!hash_velocities(drawer, index, &moving, error)) {
-            return false;
-        }
-        seen =
-            hash_pair(seen, hash_pair(moving, hash_bytes(drawer->ranges, sizeof drawer->ranges)));
+    if (!add_film(drawer, index, &seen, error)) {
+        return false;
     }
     uint64_t parts[] = {frame, seen, shader_hash(), hash_bytes(&quality->samples, settings),
                         DRAW_VERSION};
     *key = hash_bytes(parts, sizeof parts);
     return true;
-}
-
-static double cpu_seconds(void) {
-    struct timespec now;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
-
-static void use_layout(Drawer *drawer, const StateLayout *layout, int layout_index) {
-    if (layout_index == drawer->layout_index) {
-        return;
-    }
-    ResampleDef def = {.pixels_per_metre =
-                           camera_pixels_per_metre(&drawer->camera, drawer->def.height),
-                       .triangle_cap = drawer->def.quality->triangle_cap,
-                       .splats = drawer->def.splats,
-                       .values = drawer->measures};
-    resample_destroy(drawer->resampler);
-    drawer->resampler = resample_create(layout, &def);
-    drawer->layout_index = layout_index;
-    paint_set_surface(drawer->painter, resample_surface(drawer->resampler));
-}
-
-static void move_meshes(Drawer *drawer, const StateFrame *frame) {
-    const StateHeader *header = state_header(drawer->run->reader);
-    for (int i = 0; i < header->obstacle_count; i++) {
-        if (header->obstacles[i].mesh && header->obstacles[i].mesh->moves) {
-            paint_move_mesh(drawer->painter, i, state_mesh_vertices(header, frame, i));
-        }
-    }
-}
-
-/* of everything that a picture of this frame shows */
-static uint64_t hash_frame(const StateFrame *frame, const StateLayout *layout) {
-    uint64_t parts[4] = {hash_bytes(frame->v, 3 * sizeof(double) * (size_t)layout->node_count),
-                         hash_bytes(frame->x, 3 * sizeof(double) * (size_t)layout->node_count),
-                         hash_bytes(frame->pose, sizeof(Pose) * (size_t)frame->pose_count),
-                         hash_bytes(frame->moved, 3 * sizeof(double) * (size_t)frame->moved_count)};
-    return hash_bytes(parts, sizeof parts);
-}
-
-/* The numbers of measuring looks, spread over the surface. */
-static bool find_values(Drawer *drawer, const StateLayout *layout, const StateFrame *frame,
-                        Error *error) {
-    for (int i = 0; i < layout->cloth_count; i++) {
-        if (drawer->kinds[i] == QUANTITY_NONE) {
-            continue;
-        }
-        if (!resample_takes_values(layout, i)) {
-            return error_set(error, EXIT_BAD_INPUT,
-                             "look %s: the surface of cloth %d is not at its nodes",
-                             drawer->looks[i]->name, i);
-        }
-        int count = layout->vertex_begin[i + 1] - layout->vertex_begin[i];
-        ArenaMark mark = arena_mark(&drawer->scratch);
-        double *values = arena_push(&drawer->scratch, double, (size_t)count);
-        quantity_compute(drawer->kinds[i], layout, frame, i, &drawer->scratch, values);
-        resample_values(drawer->resampler, layout, i, values);
-        arena_rewind(&drawer->scratch, mark);
-    }
-    return true;
-}
-
-static void draw_overlay(Drawer *drawer) {
-    if (drawer->measures) {
-        Overlay overlay = {.shown = drawer->shown_kinds, .ranges = drawer->ranges};
-        overlay_draw(&overlay, &drawer->image);
-    }
-}
-
-const Image *draw_frame(Drawer *drawer, int index, Error *error) {
-    StateFrame frame;
-    StateLayout layout;
-    int layout_index;
-    double start = cpu_seconds();
-    if (!state_read_frame(drawer->run->reader, index, &frame, &layout, &layout_index, error)) {
-        return NULL;
-    }
-    uint64_t shown = hash_frame(&frame, &layout);
-    if (drawer->drawn >= 0 && shown == drawer->shown && layout_index == drawer->layout_index &&
-        !drawer->times) {
-        return &drawer->image;
-    }
-    if (!start_painter(drawer, error)) {
-        return NULL;
-    }
-    use_layout(drawer, &layout, layout_index);
-    double read = cpu_seconds();
-    const Surface *surface = resample_frame(drawer->resampler, &layout, frame.x);
-    if (!find_values(drawer, &layout, &frame, error)) {
-        return NULL;
-    }
-    double resampled = cpu_seconds();
-    move_meshes(drawer, &frame);
-    paint_frame(drawer->painter, surface, frame.pose, &drawer->image);
-    draw_overlay(drawer);
-    drawer->drawn = index;
-    drawer->shown = shown;
-    if (drawer->times) {
-        drawer->times->read += read - start;
-        drawer->times->resample += resampled - read;
-        drawer->times->frames++;
-    }
-    return &drawer->image;
 }

@@ -8,9 +8,9 @@
 typedef struct DrawDef {
     int width, height; /* [px] even; 0 = the film's */
     const Quality *quality;
-    bool splats;      /* draw surfels */
+    bool splats;      /* draw surfels, whatever the film says */
     const char *look; /* of all cloths instead of their own; NULL = their own */
-    const Film *film; /* instead of the run's, but for its length and rate; NULL */
+    const Film *film; /* instead of the run's, copied; NULL */
     int threads;      /* raster threads of the driver besides this one; 0 */
     QuantityRange
         range; /* of measuring looks, in the units of their legend; low = high: automatic */
@@ -27,6 +27,7 @@ void draw_destroy(Drawer *drawer);
 /* True if the pictures depend on frames that are still to come. Needs the first frame. */
 bool draw_needs_end(Run *run, const DrawDef *def, Error *error);
 
+const Film *draw_film(const Drawer *drawer); /* as it is drawn */
 int draw_width(const Drawer *drawer);
 int draw_height(const Drawer *drawer);
 int draw_triangles(const Drawer *drawer); /* of the surface drawn last */

@@ -41,6 +41,9 @@ Options options_default(void) {
                      .quality = quality_find(QUALITY_DEFAULT),
                      .threads = processors > 0 ? (int)processors : 1,
                      .count = 12,
+                     .every = 1,
+                     .blur = -1.0,
+                     .play = -1.0,
                      .export = export_default(),
                      .drape = drape_default(),
                      .compare = compare_default(),
@@ -218,6 +221,16 @@ static bool read_range(const char *text, Options *options, Error *error) {
                              "--range %s: expected LOW,HIGH in the units of the legend", text);
 }
 
+static bool read_blur(const char *text, Options *options, Error *error) {
+    return (read_numbers(text, &options->blur, 1) && options->blur >= 0 && options->blur <= 1) ||
+           error_set(error, EXIT_USAGE, "--blur %s: expected a number from 0 to 1", text);
+}
+
+static bool read_play(const char *text, Options *options, Error *error) {
+    return (read_numbers(text, &options->play, 1) && options->play > 0 && options->play <= 1e5) ||
+           error_set(error, EXIT_USAGE, "--play %s: expected frames a second", text);
+}
+
 static bool read_threshold(const char *text, Options *options, Error *error) {
     return (read_numbers(text, &options->compare.threshold, 1) && options->compare.threshold > 0) ||
            error_set(error, EXIT_USAGE, "--threshold %s: expected a positive number", text);
@@ -248,8 +261,18 @@ static const OptionRow rows[] = {
     {"quality", "NAME", DRAWING " looks", "draft, standard, quality", READER, 0, 0, read_quality},
     {"look", "NAME", DRAWING, "of all cloths, instead of their own (see looks)", TEXT, 0,
      FIELD(look), NULL},
-    {"splats", NULL, DRAWING, "draw cloth as points with discs, not as triangles", FLAG, 0,
-     FIELD(splats), NULL},
+    {"camera", "NAME", DRAWING, "one of film: cameras", TEXT, 0, FIELD(camera), NULL},
+    {"surface", "KIND", DRAWING, "mesh or splats; default: the film's", TEXT, 0, FIELD(surface),
+     NULL},
+    {"blur", "PART", DRAWING, "motion blur: part of a frame with the shutter open, 0 to 1", READER,
+     0, 0, read_blur},
+    {"play", "RATE", "render", "[1/s] frames a second when shown: slow motion, time-lapse", READER,
+     0, 0, read_play},
+    {"every", "N", "render", "draw every N-th frame; 1", WHOLE, 1, FIELD(every), NULL},
+    {"title", "TEXT", DRAWING, "written over the picture", TEXT, 0, FIELD(title), NULL},
+    {"show-time", NULL, DRAWING, "write the time", FLAG, 0, FIELD(show_time), NULL},
+    {"show-scale", NULL, DRAWING, "a scale bar (parallel projections)", FLAG, 0, FIELD(show_scale),
+     NULL},
     {"range", "LOW,HIGH", DRAWING, "of a measuring look, in the units of its legend; automatic",
      READER, 0, 0, read_range},
     {"follow", NULL, NULL, "wait for frames while the run is still written", FLAG, 0,

@@ -8,6 +8,8 @@
 /* Lengths are parts of the picture's height. */
 #define LETTERS 0.026
 #define MARGIN 0.035
+#define TITLE 0.042
+#define SCALE_PART 0.25 /* of the width: longest scale bar */
 #define BAR_LENGTH 0.42
 #define BAR_THICKNESS 0.022
 #define PAD 0.018 /* of the panel behind a legend */
@@ -60,6 +62,36 @@ static void draw_legend(Sheet *sheet, const Quantity *quantity, QuantityRange ra
     draw_ticks(sheet, quantity, range, x, y + BAR_THICKNESS * unit, unit);
 }
 
+/* Letters with a dark seam, readable on anything. */
+static void write_text(Sheet *sheet, double x, double y, double size, SheetAnchor anchor,
+                       const char *text) {
+    const SheetColor seam = {0.05, 0.05, 0.06, 0.55};
+    double step = fmax(1.0, 0.06 * size);
+    for (int i = 0; i < 9; i++) {
+        sheet_text(sheet, x + step * (i % 3 - 1), y + step * (i / 3 - 1), size, anchor, seam, text);
+    }
+    sheet_text(sheet, x, y, size, anchor, INK, text);
+}
+
+/* The longest round length under a part of the picture's width, and its bar. */
+static void draw_scale(Sheet *sheet, double pixels_per_metre, const Image *image) {
+    double most = SCALE_PART * image->width / pixels_per_metre,
+           power = pow(10.0, floor(log10(most)));
+    double length = power * (most >= 5.0 * power ? 5.0 : most >= 2.0 * power ? 2.0 : 1.0);
+    double unit = image->height, right = image->width - MARGIN * unit;
+    double left = right - length * pixels_per_metre, y = (1.0 - MARGIN) * unit;
+    char text[32];
+    double shown = length >= 1.0 ? length : length >= 0.01 ? 100.0 * length : 1000.0 * length;
+    snprintf(text, sizeof text, "%.4g %s", shown,
+             length >= 1.0    ? "m"
+             : length >= 0.01 ? "cm"
+                              : "mm");
+    sheet_box(sheet, left - 2, y - 2, right - left + 4, 0.008 * unit + 4, PANEL);
+    sheet_box(sheet, left, y, right - left, 0.008 * unit, INK);
+    write_text(sheet, 0.5 * (left + right), y - 0.4 * LETTERS * unit, LETTERS * unit, SHEET_MIDDLE,
+               text);
+}
+
 void overlay_draw(const Overlay *overlay, Image *image) {
     double unit = image->height, bottom = (1.0 - MARGIN) * unit;
     Sheet *sheet = sheet_over(image);
@@ -68,6 +100,19 @@ void overlay_draw(const Overlay *overlay, Image *image) {
             draw_legend(sheet, &quantities[kind], overlay->ranges[kind], bottom, unit);
             bottom -= (LEGEND_HEIGHT + 0.5 * MARGIN) * unit;
         }
+    }
+    if (overlay->title && overlay->title[0]) {
+        write_text(sheet, MARGIN * unit, (MARGIN + TITLE) * unit, TITLE * unit, SHEET_LEFT,
+                   overlay->title);
+    }
+    if (!isnan(overlay->time)) {
+        char text[32];
+        snprintf(text, sizeof text, "%.2f s", overlay->time);
+        write_text(sheet, image->width - MARGIN * unit, (MARGIN + TITLE) * unit,
+                   1.2 * LETTERS * unit, SHEET_RIGHT, text);
+    }
+    if (overlay->pixels_per_metre > 0.0) {
+        draw_scale(sheet, overlay->pixels_per_metre, image);
     }
     sheet_close(sheet, NULL);
 }

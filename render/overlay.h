@@ -1,4 +1,4 @@
-/* overlay.h: what is written over a picture: legends of measuring looks. */
+/* overlay.h: what is written over a picture: a title, the time, a scale bar, legends. */
 #ifndef TOILE_RENDER_OVERLAY_H
 #define TOILE_RENDER_OVERLAY_H
 
@@ -6,6 +6,9 @@
 #include "render/quantity.h"
 
 typedef struct Overlay {
+    const char *title;           /* "" = none */
+    double time;                 /* [s]; NAN = not shown */
+    double pixels_per_metre;     /* of a scale bar; 0 = none */
     const bool *shown;           /* (QUANTITY_COUNT) quantities whose legend is drawn */
     const QuantityRange *ranges; /* (QUANTITY_COUNT) */
 } Overlay;

@@ -96,6 +96,15 @@ void paint_move_mesh(Painter *painter, int prop, const double *vertices) {
     buffers_move_prop(painter, prop, vertices);
 }
 
+void paint_set_camera(Painter *painter, const Camera *camera) {
+    const PaintDef *def = &painter->def;
+    Stage stage = stage_create(camera, def->floor, def->width, def->height, def->quality->samples);
+    stage_keep_lights(&stage, &painter->stage);
+    stage.block.size[3] = painter->stage.block.size[3];
+    painter->stage = stage;
+    painter->still_drawn = false;
+}
+
 void paint_measure(Painter *painter, double times[PAINT_STAGE_COUNT]) { painter->times = times; }
 
 static double clamp(double x, double low, double high) {

@@ -80,6 +80,9 @@ void paint_set_surface(Painter *painter, const Surface *surface);
 /* The vertices [m] (vertex_count x 3) of the mesh of a prop from now on, before its pose. */
 void paint_move_mesh(Painter *painter, int prop, const double *vertices);
 
+/* Looks from another place from now on; the lights stay where the first camera had them. */
+void paint_set_camera(Painter *painter, const Camera *camera);
+
 /* Draws a frame of that surface. poses: (prop_count). image must have the size of the film. */
 void paint_frame(Painter *painter, const Surface *surface, const Pose *poses, Image *image);
 

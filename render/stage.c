@@ -85,6 +85,13 @@ Stage stage_create(const Camera *camera, bool floor, int width, int height, int 
     return stage;
 }
 
+void stage_keep_lights(Stage *stage, const Stage *other) {
+    stage->key_light = other->key_light;
+    memcpy(stage->block.key_light, other->block.key_light, sizeof stage->block.key_light);
+    memcpy(stage->block.rim_light, other->block.rim_light, sizeof stage->block.rim_light);
+    memcpy(stage->block.fill_light, other->block.fill_light, sizeof stage->block.fill_light);
+}
+
 void stage_aim_light(Stage *stage, StageBox casters, int texels) {
     Vec3 z = stage->key_light;
     Vec3 x = vec3_unit(vec3_cross(vec3(0, 0, 1), z), vec3(1, 0, 0));

@@ -42,6 +42,9 @@ typedef struct Stage {
 /* Everything that stays the same over a film. samples: along a pixel side. */
 Stage stage_create(const Camera *camera, bool floor, int width, int height, int samples);
 
+/* Leaves the lights where another stage has them: they stay in the room when the camera moves. */
+void stage_keep_lights(Stage *stage, const Stage *other);
+
 /* Fits the shadow map (texels x texels) around what casts shadows. */
 void stage_aim_light(Stage *stage, StageBox casters, int texels);
 

@@ -100,6 +100,49 @@ static void test_film(void **state) {
     assert_int_equal(scene.film.camera, CAMERA_AUTO);
 }
 
+/* reading the effective scene again gives the same hash and the same text */
+static void check_effective(const Scene *scene) {
+    const char *text = effective(scene);
+    Scene again = parse(text);
+    assert_string_equal(effective(&again), text);
+    assert_true(again.hash == scene->hash);
+}
+
+static void test_cameras(void **state) {
+    (void)state;
+    Scene scene =
+        parse(HEAD SHEET
+              "film:\n  seconds: 3\n  surface: splats\n  range: [-2, 4]\n  blur: 0.5\n"
+              "  blur_samples: 4\n  play: 15 1/s\n  title: \"A title\"\n  show_time: true\n"
+              "  camera: {eye: [0, -3, 0], orbit: {by: 1/2 turn, from: 1 s}}\n"
+              "  cameras:\n"
+              "    top: {eye: [0, 0, 2], up: [0, 1, 0], orthographic: true, follow: true}\n"
+              "    fly: {keys: [{t: 0, eye: [1, 0, 0]}, {t: 2, eye: [0, 1, 1], fov: 20 deg}]}\n");
+    const Film *film = &scene.film;
+    assert_int_equal(film->surface, FILM_SPLATS);
+    CHECK_NEAR(film->range[0], -2, 0);
+    CHECK_NEAR(film->range[1], 4, 0);
+    CHECK_NEAR(film->blur, 0.5, 0);
+    assert_int_equal(film->blur_samples, 4);
+    CHECK_NEAR(film->play, 15, 0);
+    assert_string_equal(film->title, "A title");
+    assert_true(film->show_time && !film->show_scale);
+    CHECK_NEAR(film->move.orbit, 3.14159265358979, 1e-12);
+    CHECK_NEAR(film->move.orbit_begin, 1, 0);
+    CHECK_NEAR(film->move.orbit_end, 3, 1e-12); /* with the film */
+    assert_int_equal(film->view_count, 2);
+    assert_string_equal(film->views[0].name, "top");
+    assert_int_equal(film->views[0].camera, CAMERA_ORTHOGRAPHIC);
+    assert_true(film->views[0].move.follow);
+    const FilmView *fly = &film->views[1];
+    assert_int_equal(fly->move.key_count, 2);
+    assert_int_equal(fly->camera, CAMERA_PERSPECTIVE);
+    CHECK_NEAR(fly->move.keys[0].fov, film_default().fov, 0); /* of the camera */
+    CHECK_NEAR(fly->move.keys[1].fov, 0.34906585, 1e-7);
+    check_vec(fly->move.keys[1].eye, 0, 1, 1);
+    check_effective(&scene);
+}
+
 static void test_polygon(void **state) {
     (void)state;
     /* clockwise and closed; a hole that is anticlockwise: both are turned round */
@@ -328,14 +371,6 @@ static const char *const assets[] = {"sleeve",    "sleeve-paper",  "buckling",  
                                      "truncheon", "hanging-small", "cantilever"};
 #define ASSET_COUNT (sizeof assets / sizeof assets[0])
 
-/* reading the effective scene again gives the same hash and the same text */
-static void check_effective(const Scene *scene) {
-    const char *text = effective(scene);
-    Scene again = parse(text);
-    assert_string_equal(effective(&again), text);
-    assert_true(again.hash == scene->hash);
-}
-
 static void test_effective(void **state) {
     (void)state;
     for (size_t i = 0; i < ASSET_COUNT; i++) {
@@ -441,10 +476,10 @@ static void test_warnings(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        TEST(test_defaults),  TEST(test_film),     TEST(test_polygon),   TEST(test_cloth),
-        TEST(test_spacing),   TEST(test_handles),  TEST(test_obstacles), TEST(test_rest),
-        TEST(test_writings),  TEST(test_include),  TEST(test_effective), TEST(test_assets),
-        TEST(test_reference), TEST(test_warnings),
+        TEST(test_defaults), TEST(test_film),      TEST(test_cameras),  TEST(test_polygon),
+        TEST(test_cloth),    TEST(test_spacing),   TEST(test_handles),  TEST(test_obstacles),
+        TEST(test_rest),     TEST(test_writings),  TEST(test_include),  TEST(test_effective),
+        TEST(test_assets),   TEST(test_reference), TEST(test_warnings),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
