@@ -16,7 +16,9 @@
 
 const Command commands[] = {
     {"render", "RUN -o FILE",
-     "video (mp4, mov, prores.mov, webm, mkv, apng), sequence (%04d.png or a folder), picture",
+     "video (mp4, hevc.mp4, mov, prores.mov, webm, av1.webm, gif, mkv, apng), sequence (%04d.png "
+     "or a "
+     "folder), picture",
      command_render, 1, 1, false},
     {"sheet", "RUN -o FILE.png", "contact sheet of a run", command_sheet, 1, 1, false},
     {"measure", "RUN...", "drape coefficient, folds, contour, strain; of several runs the ensemble",

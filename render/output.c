@@ -81,10 +81,13 @@ bool output_plan(const char *path, OutputDef *def, Error *error) {
         return true;
     }
     if (!has_ending(path, ".png")) {
-        return error_set(error, EXIT_USAGE,
-                         "-o %s: expected an ending .mp4, .mov, .prores.mov, .webm, .mkv, .apng or "
-                         ".png, or a folder",
-                         path);
+        char endings[256] = "";
+        for (int i = 0; i < video_format_count; i++) {
+            size_t used = strlen(endings);
+            snprintf(endings + used, sizeof endings - used, ".%s, ", video_formats[i].ending);
+        }
+        return error_set(error, EXIT_USAGE, "-o %s: expected an ending %sor .png, or a folder",
+                         path, endings);
     }
     def->kind = strchr(path, '%') ? OUTPUT_SEQUENCE : OUTPUT_PICTURE;
     return def->kind == OUTPUT_PICTURE || is_pattern(path) ||

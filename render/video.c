@@ -1,6 +1,9 @@
 #include "render/video.h"
 
 #include <libavcodec/avcodec.h>
+#include <libavfilter/avfilter.h>
+#include <libavfilter/buffersink.h>
+#include <libavfilter/buffersrc.h>
 #include <libavformat/avformat.h>
 #include <libavutil/opt.h>
 #include <libavutil/pixdesc.h>
@@ -17,16 +20,25 @@
  * as much for 20 % of the size. */
 const VideoFormat video_formats[] = {
     {"mp4", "H.264, plays everywhere", "mp4", "libx264", "yuv420p", "preset=veryfast:crf=18",
-     "movflags=+faststart"},
+     "movflags=+faststart", NULL},
+    {"hevc.mp4", "HEVC, half the size", "mp4", "libx265", "yuv420p",
+     "preset=fast:crf=20:x265-params=log-level=none\\:pools=none\\:frame-threads=1",
+     "movflags=+faststart", NULL},
+    {"av1.webm", "AV1, for web pages", "webm", "libaom-av1", "yuv420p",
+     "usage=realtime:cpu-used=8:crf=26:b=0:row-mt=0", "", NULL},
+    {"gif", "256 colours a picture, plays anywhere; 15 frames a second are enough", "gif", "gif",
+     "pal8", "", "loop=0",
+     "split[a][b];[a]palettegen=stats_mode=single[p];"
+     "[b][p]paletteuse=new=1:dither=bayer:bayer_scale=4"},
     {"prores.mov", "ProRes 422 HQ, for cutting", "mov", "prores_ks", "yuv422p10le",
-     "profile=3:vendor=apl0", ""},
+     "profile=3:vendor=apl0", "", NULL},
     {"mov", "H.264 in a QuickTime file", "mov", "libx264", "yuv420p", "preset=veryfast:crf=18",
-     "movflags=+faststart"},
+     "movflags=+faststart", NULL},
     {"webm", "VP9, for web pages", "webm", "libvpx-vp9", "yuv420p",
-     "deadline=realtime:cpu-used=8:crf=24:b=0:row-mt=0", ""},
+     "deadline=realtime:cpu-used=8:crf=24:b=0:row-mt=0", "", NULL},
     {"mkv", "FFV1, nothing lost, for CI and archives", "matroska", "ffv1", "bgr0",
-     "level=3:slices=4:slicecrc=1", ""},
-    {"apng", "animated PNG, nothing lost", "apng", "apng", "rgb24", "pred=sub", "plays=0"},
+     "level=3:slices=4:slicecrc=1", "", NULL},
+    {"apng", "animated PNG, nothing lost", "apng", "apng", "rgb24", "pred=sub", "plays=0", NULL},
 };
 const int video_format_count = sizeof video_formats / sizeof video_formats[0];
 
@@ -37,21 +49,25 @@ struct Video {
     AVPacket *packet;
     AVFrame *frame;
     struct SwsContext *scaler;
+    AVFilterGraph *graph; /* in place of the scaler, or NULL */
+    AVFilterContext *source, *sink;
     int64_t written; /* frames */
     bool header;     /* of the file is written */
     char path[4096];
 };
 
 const VideoFormat *video_format_of(const char *path) {
-    size_t length = strlen(path);
+    size_t length = strlen(path), longest = 0;
+    const VideoFormat *found = NULL;
     for (int i = 0; i < video_format_count; i++) {
         size_t size = strlen(video_formats[i].ending);
-        if (length > size + 1 && path[length - size - 1] == '.' &&
+        if (length > size + 1 && size > longest && path[length - size - 1] == '.' &&
             strcmp(path + length - size, video_formats[i].ending) == 0) {
-            return &video_formats[i];
+            found = &video_formats[i];
+            longest = size;
         }
     }
-    return NULL;
+    return found;
 }
 
 /* True if pictures keep their red, green and blue. */
@@ -87,6 +103,9 @@ static bool open_encoder(Video *video, const VideoFormat *format, int width, int
     encoder->color_primaries = AVCOL_PRI_BT709;
     encoder->color_trc = rgb ? AVCOL_TRC_IEC61966_2_1 : AVCOL_TRC_BT709;
     encoder->thread_count = 1;
+    if (codec->id == AV_CODEC_ID_HEVC) {
+        encoder->codec_tag = MKTAG('h', 'v', 'c', '1'); /* what Apple's players look for */
+    }
     encoder->flags |= AV_CODEC_FLAG_BITEXACT;
     if (video->muxer->oformat->flags & AVFMT_GLOBALHEADER) {
         encoder->flags |= AV_CODEC_FLAG_GLOBAL_HEADER;
@@ -129,6 +148,36 @@ static void open_scaler(Video *video, int width, int height) {
     sws_setColorspaceDetails(video->scaler, table, 1, table, full, 0, FIXED_ONE, FIXED_ONE);
 }
 
+/* A chain of FFmpeg's filters from RGB0 pictures to what the encoder takes. */
+static bool open_filter(Video *video, const VideoFormat *format, int width, int height,
+                        Error *error) {
+    char source[128];
+    AVFilterGraph *graph = video->graph = avfilter_graph_alloc();
+    AVFilterInOut *in = avfilter_inout_alloc(), *out = avfilter_inout_alloc();
+    ASSERT(graph && in && out);
+    AVRational base = video->encoder->time_base;
+    graph->nb_threads = 1;
+    snprintf(source, sizeof source, "video_size=%dx%d:pix_fmt=%d:time_base=%d/%d:pixel_aspect=1/1",
+             width, height, AV_PIX_FMT_RGB0, base.num, base.den);
+    int code = avfilter_graph_create_filter(&video->source, avfilter_get_by_name("buffer"), "in",
+                                            source, NULL, graph);
+    if (code >= 0) {
+        code = avfilter_graph_create_filter(&video->sink, avfilter_get_by_name("buffersink"), "out",
+                                            NULL, NULL, graph);
+    }
+    *out = (AVFilterInOut){.name = av_strdup("in"), .filter_ctx = video->source};
+    *in = (AVFilterInOut){.name = av_strdup("out"), .filter_ctx = video->sink};
+    if (code >= 0) {
+        code = avfilter_graph_parse_ptr(graph, format->filter, &in, &out, NULL);
+    }
+    if (code >= 0) {
+        code = avfilter_graph_config(graph, NULL);
+    }
+    avfilter_inout_free(&in);
+    avfilter_inout_free(&out);
+    return code >= 0 || fail(error, video->path, "the filters do not start", code);
+}
+
 Video *video_create(const char *path, const VideoFormat *format, int width, int height, double rate,
                     Error *error) {
     av_log_set_level(AV_LOG_ERROR);
@@ -146,11 +195,17 @@ Video *video_create(const char *path, const VideoFormat *format, int width, int 
         video_abandon(video);
         return NULL;
     }
-    open_scaler(video, width, height);
+    if (format->filter && !open_filter(video, format, width, height, error)) {
+        video_abandon(video);
+        return NULL;
+    }
+    if (!format->filter) {
+        open_scaler(video, width, height);
+    }
     video->packet = av_packet_alloc();
     AVFrame *frame = video->frame = av_frame_alloc();
     ASSERT(video->packet && frame);
-    frame->format = video->encoder->pix_fmt;
+    frame->format = format->filter ? AV_PIX_FMT_RGB0 : video->encoder->pix_fmt;
     frame->width = width;
     frame->height = height;
     code = av_frame_get_buffer(frame, 0);
@@ -177,15 +232,37 @@ static bool encode(Video *video, AVFrame *frame, Error *error) {
     return fail(error, video->path, "writing failed", code);
 }
 
+/* Through the filters, which may keep a picture until the next one or the end (NULL) comes. */
+static bool filter(Video *video, AVFrame *frame, Error *error) {
+    int code = av_buffersrc_write_frame(video->source, frame);
+    AVFrame *out = av_frame_alloc();
+    ASSERT(out);
+    bool good = code >= 0 || fail(error, video->path, "filtering failed", code);
+    while (good && (code = av_buffersink_get_frame(video->sink, out)) >= 0) {
+        good = encode(video, out, error);
+        av_frame_unref(out);
+    }
+    av_frame_free(&out);
+    return good && (code == AVERROR(EAGAIN) || code == AVERROR_EOF ||
+                    fail(error, video->path, "filtering failed", code));
+}
+
 bool video_write(Video *video, const Image *image, Error *error) {
     ASSERT(image->width == video->frame->width && image->height == video->frame->height);
     int code = av_frame_make_writable(video->frame);
     ASSERT(code >= 0);
     const uint8_t *rows[1] = {image->rgba};
     int stride[1] = {IMAGE_CHANNELS * image->width};
+    video->frame->pts = video->written++;
+    if (video->graph) {
+        for (int y = 0; y < image->height; y++) {
+            memcpy(video->frame->data[0] + (ptrdiff_t)y * video->frame->linesize[0],
+                   image->rgba + (size_t)y * (size_t)stride[0], (size_t)stride[0]);
+        }
+        return filter(video, video->frame, error);
+    }
     sws_scale(video->scaler, rows, stride, 0, image->height, video->frame->data,
               video->frame->linesize);
-    video->frame->pts = video->written++;
     return encode(video, video->frame, error);
 }
 
@@ -197,6 +274,7 @@ void video_abandon(Video *video) {
         avio_closep(&video->muxer->pb);
     }
     sws_freeContext(video->scaler);
+    avfilter_graph_free(&video->graph);
     av_frame_free(&video->frame);
     av_packet_free(&video->packet);
     avcodec_free_context(&video->encoder);
@@ -205,7 +283,7 @@ void video_abandon(Video *video) {
 }
 
 bool video_close(Video *video, const char *comment, Error *error) {
-    bool good = encode(video, NULL, error);
+    bool good = (!video->graph || filter(video, NULL, error)) && encode(video, NULL, error);
     if (good) {
         if (comment) { /* mp4 writes its metadata at the end */
             av_dict_set(&video->muxer->metadata, "comment", comment, 0);

@@ -17,6 +17,7 @@ typedef struct VideoFormat {
     const char *pixel_format; /* as FFmpeg calls it */
     const char *options;      /* of the encoder: "key=value:key=value" */
     const char *muxer_options;
+    const char *filter; /* graph of libavfilter from RGB0 pictures to pixel_format; NULL: none */
 } VideoFormat;
 
 extern const VideoFormat video_formats[];

@@ -51,7 +51,7 @@ one_file 'lapacke\.h' 1
 one_file 'gmp\.h' 1
 one_file 'png\.h' 1
 one_file 'cairo/' 1
-one_file 'libav(codec|format|util)/' 1
+one_file 'libav(codec|filter|format|util)/' 1
 one_file 'xxhash\.h' 1
 one_file 'GL/osmesa\.h' 1
 one_file 'omp\.h' 1

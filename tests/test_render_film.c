@@ -187,7 +187,10 @@ static void test_formats(void **state) {
         bool lossless = strcmp(info.codec, "ffv1") == 0 || strcmp(info.codec, "apng") == 0;
         print_message("%-12s %-8s %-12s PSNR %.1f dB\n", video_formats[i].ending, info.codec,
                       info.pixel_format, d.psnr);
-        assert_true(lossless ? d.largest == 0 : d.psnr > 34 && d.ssim > 0.96);
+        bool few_colors = strcmp(info.codec, "gif") == 0;
+        assert_true(lossless     ? d.largest == 0
+                    : few_colors ? d.psnr > 30 && d.ssim > 0.85
+                                 : d.psnr > 34 && d.ssim > 0.96);
         for (int k = 0; k < 3; k++) {
             assert_true(d.mean_signed[k] < 1 && d.mean_signed[k] > -1);
         }
@@ -374,7 +377,7 @@ static void test_wrong_requests(void **state) {
     options = options_for(table, film);
     options.first = 100;
     assert_int_equal(render(options), EXIT_BAD_INPUT);
-    options = options_for(table, in_folder("wrong.gif"));
+    options = options_for(table, in_folder("wrong.avi"));
     assert_int_equal(render(options), EXIT_USAGE);
     options = options_for(table, film);
     options.look = "linnen";
