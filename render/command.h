@@ -23,6 +23,7 @@ typedef struct Options {
     const char *title;                /* --title TEXT; NULL: the film's */
     double blur, play;                /* --blur PART, --play RATE; negative: the film's */
     bool show_time, show_scale;       /* --show-time --show-scale, besides the film's */
+    int jobs;                         /* --jobs N processes; 1 */
     int every;                        /* --every N frames; 1 */
     const char *look;                 /* --look NAME, instead of the cloths' own; NULL */
     QuantityRange range;              /* --range LOW,HIGH; low = high: automatic */

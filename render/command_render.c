@@ -5,6 +5,7 @@
 
 #include "render/command.h"
 #include "render/interrupt.h"
+#include "render/jobs.h"
 #include "render/output.h"
 #include "sim/base/hash.h"
 
@@ -15,6 +16,7 @@ typedef struct Job {
     Drawer *drawer;
     OutputDef target;
     Output *output;
+    Jobs *jobs;      /* NULL: this process draws */
     RunEnd end;      /* how the run ended; RUN_FRAME: not yet */
     int first, last; /* frames to draw; last -1: until the run ends */
     int drawn, kept; /* frames written, frames that were still valid */
@@ -140,8 +142,33 @@ static bool open_output(Job *job, Error *error) {
     if (!output_may_write(&job->target, job->first, error)) {
         return false;
     }
+    int processes = job->options->jobs;
+    if (processes > 1 &&
+        job->target.kind != OUTPUT_PICTURE) { /* before the encoder's thread starts */
+        job->jobs =
+            jobs_start(job->options, processes, job->target.width, job->target.height, error);
+        if (!job->jobs) {
+            return false;
+        }
+    }
     job->output = output_create(&job->target, error);
     return job->output != NULL;
+}
+
+/* Takes the oldest frame that other processes have; all: every one of them. */
+static bool collect(Job *job, bool all, Error *error) {
+    bool any = true;
+    do {
+        Image image;
+        int frame = 0;
+        uint64_t key = 0;
+        if (!jobs_next(job->jobs, &any, &image, &frame, &key, error) ||
+            (any && !output_write(job->output, frame, &image, key, error))) {
+            return false;
+        }
+        job->drawn += any;
+    } while (any && all);
+    return true;
 }
 
 static bool draw_one(Job *job, int frame, Error *error) {
@@ -158,6 +185,10 @@ static bool draw_one(Job *job, int frame, Error *error) {
         if (state == OUTPUT_FOREIGN && !output_may_write(&job->target, frame, error)) {
             return false;
         }
+    }
+    if (job->jobs) {
+        return (!jobs_are_full(job->jobs) || collect(job, false, error)) &&
+               jobs_give(job->jobs, frame, key, error);
     }
     const Image *image = draw_frame(job->drawer, frame, error);
     job->drawn += image != NULL;
@@ -183,6 +214,7 @@ static bool draw_all(Job *job, Error *error) {
             progress_show(&progress, i - job->first + 1, "");
         }
     }
+    good = good && (!job->jobs || collect(job, true, error));
     progress_end(&progress);
     return good;
 }
@@ -257,6 +289,7 @@ ExitCode command_render(const Options *options, Error *error) {
     bool good = make_film(&job, error);
     ExitCode code = good ? judge_end(&job, error) : error->code;
     output_abandon(job.output);
+    jobs_stop(job.jobs);
     draw_destroy(job.drawer);
     run_close(&job.run);
     return code;

@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include "render/command.h"
+#include "render/jobs.h"
 #include "sim/base/text.h"
 
 #define MOST_PIXELS 16384 /* along a side: the driver's largest texture, without supersampling */
@@ -44,6 +45,7 @@ Options options_default(void) {
                      .threads = processors > 0 ? (int)processors : 1,
                      .count = 12,
                      .every = 1,
+                     .jobs = 1,
                      .blur = -1.0,
                      .play = -1.0,
                      .export = export_default(),
@@ -223,6 +225,11 @@ static bool read_range(const char *text, Options *options, Error *error) {
                              "--range %s: expected LOW,HIGH in the units of the legend", text);
 }
 
+static bool read_jobs(const char *text, Options *options, Error *error) {
+    return read_int(text, 1, JOBS_MOST, &options->jobs, NULL) ||
+           error_set(error, EXIT_USAGE, "--jobs %s: expected 1 to %d processes", text, JOBS_MOST);
+}
+
 static bool read_blur(const char *text, Options *options, Error *error) {
     return (read_numbers(text, &options->blur, 1) && options->blur >= 0 && options->blur <= 1) ||
            error_set(error, EXIT_USAGE, "--blur %s: expected a number from 0 to 1", text);
@@ -270,6 +277,7 @@ static const OptionRow rows[] = {
      0, 0, read_blur},
     {"play", "RATE", "render", "[1/s] frames a second when shown: slow motion, time-lapse", READER,
      0, 0, read_play},
+    {"jobs", "N", "render", "draw in N processes; 1", READER, 0, 0, read_jobs},
     {"every", "N", "render", "draw every N-th frame; 1", WHOLE, 1, FIELD(every), NULL},
     {"title", "TEXT", DRAWING, "written over the picture", TEXT, 0, FIELD(title), NULL},
     {"show-time", NULL, DRAWING, "write the time", FLAG, 0, FIELD(show_time), NULL},

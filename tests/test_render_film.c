@@ -252,6 +252,57 @@ static void test_sequence(void **state) {
     assert_false(same_time(lost, changed(names[1])));
 }
 
+/* ---- several processes ---- */
+
+static uint64_t hash_file(const char *path) {
+    FILE *file = fopen(path, "rb");
+    assert_non_null(file);
+    static unsigned char bytes[1 << 22];
+    size_t size = fread(bytes, 1, sizeof bytes, file);
+    fclose(file);
+    assert_true(size > 0 && size < sizeof bytes);
+    return hash_bytes(bytes, size);
+}
+
+static void test_jobs_give_the_same_bytes(void **state) {
+    (void)state;
+    Options options = options_for(in_folder("table.states"), in_folder("jobs.mkv"));
+    options.force = true;
+    assert_int_equal(render(options), EXIT_OK);
+    uint64_t one = hash_file(options.output);
+    for (int jobs = 2; jobs <= 8; jobs += 3) { /* 8: more than frames */
+        options.jobs = jobs;
+        assert_int_equal(render(options), EXIT_OK);
+        assert_true(hash_file(options.output) == one);
+    }
+    options.output = in_folder("jobs/");
+    options.jobs = 1;
+    assert_int_equal(render(options), EXIT_OK);
+    uint64_t picture = hash_file(in_folder("jobs/0003.png"));
+    options.jobs = 3;
+    assert_int_equal(render(options), EXIT_OK);
+    assert_true(hash_file(in_folder("jobs/0003.png")) == picture);
+    unlink(in_folder("jobs/0002.png")); /* only what is missing is drawn */
+    struct timespec kept = changed(in_folder("jobs/0001.png"));
+    options.force = false;
+    assert_int_equal(render(options), EXIT_OK);
+    assert_true(access(in_folder("jobs/0002.png"), F_OK) == 0);
+    assert_true(same_time(kept, changed(in_folder("jobs/0001.png"))));
+}
+
+static void test_jobs_tell_what_is_wrong(void **state) {
+    (void)state;
+    Options options = options_for(in_folder("table.states"), "/dev/full");
+    options.output = in_folder("no/such/../jobs.mp4");
+    options.jobs = 2;
+    assert_int_equal(render(options), EXIT_IO);
+    options = options_for(in_folder("table.states"), in_folder("wrong-jobs.mp4"));
+    options.jobs = 2;
+    options.last = 100; /* frames that never come */
+    assert_int_equal(render(options), EXIT_BAD_INPUT);
+    assert_true(access(options.output, F_OK) != 0);
+}
+
 /* ---- growing, stopped, damaged runs ---- */
 
 typedef struct Growth {
@@ -398,6 +449,8 @@ int main(void) {
         cmocka_unit_test(test_made_once),
         cmocka_unit_test(test_foreign_file_is_kept),
         cmocka_unit_test(test_sequence),
+        cmocka_unit_test(test_jobs_give_the_same_bytes),
+        cmocka_unit_test(test_jobs_tell_what_is_wrong),
         cmocka_unit_test(test_follow),
         cmocka_unit_test(test_follow_writer_dies),
         cmocka_unit_test(test_followed_frames_are_the_same),
