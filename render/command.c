@@ -72,3 +72,14 @@ bool command_film(const Options *options, const Film *film, Film *changed, Error
                      "--show-scale: this camera has perspective; every depth has "
                      "its own scale");
 }
+
+ExitCode command_frames(const Options *options, Error *error) {
+    Run run = {0};
+    if (!run_open(&run, &options->run, error)) {
+        return error->code;
+    }
+    run_wait_end(&run);
+    printf("%d\n", state_frame_count(run.reader));
+    run_close(&run);
+    return EXIT_OK;
+}

@@ -65,6 +65,7 @@ ExitCode command_export(const Options *options, Error *error);
 ExitCode command_diff(const Options *options, Error *error);
 ExitCode command_compare(const Options *options, Error *error);
 ExitCode command_looks(const Options *options, Error *error);
+ExitCode command_frames(const Options *options, Error *error);
 ExitCode command_versions(const Options *options, Error *error);
 ExitCode command_bench(const Options *options, Error *error);
 

@@ -32,6 +32,7 @@ const Command commands[] = {
      command_compare, 2, 2, false},
     {"looks", "[-o FILE.png]", "what cloths and obstacles can look like; a sheet of swatches",
      command_looks, 0, 0, false},
+    {"frames", "RUN", "how many frames a run has, for scripts", command_frames, 1, 1, true},
     {"versions", "", "versions of the libraries in use", command_versions, 0, 0, false},
     {"bench", "RUN", "CPU time of each stage of a frame, as CSV", command_bench, 1, 1, true},
 };
