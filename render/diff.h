@@ -22,6 +22,9 @@ typedef enum DiffMetricKind {
     DIFF_IOU,      /* of the silhouettes, where the pictures have alpha */
     DIFF_MOVED,    /* [m] largest distance of a vertex */
     DIFF_RELATIVE, /* the same over the diagonal of the scene's cloth at rest */
+    DIFF_DRAPE,    /* [points] difference of the drape coefficients at the end */
+    DIFF_NODES,    /* difference of the numbers of folds */
+    DIFF_OUTLINE,  /* Hausdorff distance of the outlines over the radius of the specimen */
     DIFF_METRIC_COUNT
 } DiffMetricKind;
 

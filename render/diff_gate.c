@@ -20,6 +20,11 @@ const DiffMetric diff_metrics[DIFF_METRIC_COUNT] = {
     {"iou", "silhouettes: common part over both, by alpha", "", 1, true},
     {"moved", "largest distance of a vertex", "mm", 1000, false},
     {"relative", "the same over the diagonal of the cloth at rest", "%", 100, false},
+    {"drape", "drape coefficients at the end of the runs: their difference in points", "", 1,
+     false},
+    {"nodes", "folds at the end of the runs: how many more or fewer", "", 1, false},
+    {"outline", "outlines at the end of the runs: Hausdorff distance over the specimen's radius",
+     "%", 100, false},
 };
 
 #define NO NAN
@@ -27,18 +32,21 @@ const DiffMetric diff_metrics[DIFF_METRIC_COUNT] = {
 const DiffProfile diff_profiles[] = {
     {"exact",
      "the same bits: same machine and build, any number of threads",
-     {{0, NO, NO, NO, NO, NO, NO, NO, 0, NO}, IMAGE_STEP}},
+     {{0, NO, NO, NO, NO, NO, NO, NO, 0, NO, NO, NO, NO}, IMAGE_STEP}},
     {"golden",
      "a stored result on another processor",
      {{NO, IMAGE_GATE_SHARE, IMAGE_GATE_MEAN, IMAGE_GATE_PSNR, IMAGE_GATE_SSIM, NO, NO, NO, 1e-9,
-       NO},
+       NO, NO, NO, NO},
       IMAGE_STEP}},
     {"lossy",
      "a decoded video against its pictures",
-     {{NO, NO, NO, 38, 0.97, NO, NO, NO, 1e-6, NO}, IMAGE_STEP}},
+     {{NO, NO, NO, 38, 0.97, NO, NO, NO, 1e-6, NO, NO, NO, NO}, IMAGE_STEP}},
     {"look",
      "another density, other samples a pixel, another model",
-     {{NO, NO, NO, NO, 0.95, NO, NO, 0.99, NO, 1e-3}, IMAGE_STEP}},
+     {{NO, NO, NO, NO, 0.95, NO, NO, 0.99, NO, 1e-3, NO, NO, NO}, IMAGE_STEP}},
+    {"geometry",
+     "runs of other models or meshes: the drape at the end, not each vertex",
+     {{NO, NO, NO, NO, NO, NO, NO, NO, NO, NO, 0.5, 0, 0.01}, IMAGE_STEP}},
 };
 const int diff_profile_count = sizeof diff_profiles / sizeof diff_profiles[0];
 
@@ -51,7 +59,8 @@ const DiffProfile *diff_profile_find(const char *name, Error *error) {
         }
     }
     const char *near = text_nearest(name, names);
-    error_set(error, EXIT_USAGE, "profile '%s': expected exact, golden, lossy or look%s%s%s", name,
+    error_set(error, EXIT_USAGE,
+              "profile '%s': expected exact, golden, lossy, look or geometry%s%s%s", name,
               near ? "; did you mean '" : "", near ? near : "", near ? "'?" : "");
     return NULL;
 }

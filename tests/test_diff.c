@@ -7,6 +7,7 @@
 #include "render/diff.h"
 #include "render/image_source.h"
 #include "tests/support/check.h"
+#include "tests/support/drapes.h"
 #include "tests/support/render_states.h"
 #include "tests/support/shell.h"
 
@@ -298,6 +299,54 @@ static void test_states(void **unused) {
     assert_int_equal(diff("r1 r2 --profile exact"), EXIT_OK);
 }
 
+/* The number after "key": of the last row in JSON. */
+static double last_number(const char *key) {
+    const char *found = NULL, *at = text;
+    while ((at = strstr(at, key)) != NULL) {
+        at += strlen(key);
+        found = at;
+    }
+    assert_non_null(found);
+    return atof(found + 1);
+}
+
+static void write_drape(const char *name, double mean, int folds, int rings) {
+    DrapeShape shape = drape_shape_default();
+    shape.a[6] = 0;
+    shape.a[0] = mean;
+    shape.a[folds] = 0.01;
+    shape.rings = rings;
+    assert_true(drape_shape_write(&shape, in_folder(name)));
+}
+
+static void test_geometry(void **unused) {
+    (void)unused;
+    DrapeShape shape = drape_shape_default();
+    double dc = drape_shape_dc(&shape);
+    shape.a[0] = 0.1205;
+    double wider = drape_shape_dc(&shape) - dc;
+    write_drape("six.states", 0.12, 6, 30);
+    write_drape("coarse.states", 0.12, 6, 24);
+    write_drape("wide.states", 0.1205, 6, 30);
+    write_drape("five.states", 0.12, 5, 30);
+    /* another mesh of the same drape */
+    assert_int_equal(diff("six.states coarse.states --profile geometry"), EXIT_OK);
+    assert_int_equal(diff("six.states coarse.states"), EXIT_DIFFERS);
+    /* half a millimetre more all around */
+    assert_true(wider > 0.55 && wider < 1.0);
+    assert_int_equal(diff("six.states wide.states --profile geometry --json"), EXIT_DIFFERS);
+    assert_true(fabs(last_number("\"drape\"") - wider) < 0.05);
+    assert_true(fabs(last_number("\"outline\"") - 0.0005 / 0.15) < 0.0008);
+    assert_non_null(strstr(text, "drape 0."));
+    /* the same coefficient in five folds */
+    assert_int_equal(diff("six.states five.states --profile geometry --json"), EXIT_DIFFERS);
+    assert_true(last_number("\"nodes\"") == 1.0);
+    assert_true(last_number("\"outline\"") > 0.01);
+    /* no support: nothing to measure */
+    assert_int_equal(diff("a.states b.states --profile geometry"), EXIT_BAD_INPUT);
+    assert_non_null(strstr(text, "no support"));
+}
+
 /* ---- reports ---- */
 
 static void test_reports(void **unused) {
@@ -419,19 +468,13 @@ int main(int argc, char **argv) {
     image_free(&small);
     image_free(&black);
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_ffmpeg_agrees),
-        cmocka_unit_test(test_flip_agrees),
-        cmocka_unit_test(test_profiles),
-        cmocka_unit_test(test_thresholds),
-        cmocka_unit_test(test_sizes_and_alpha),
-        cmocka_unit_test(test_videos),
-        cmocka_unit_test(test_picture_formats),
-        cmocka_unit_test(test_folders),
-        cmocka_unit_test(test_states),
-        cmocka_unit_test(test_reports),
-        cmocka_unit_test(test_page),
-        cmocka_unit_test(test_update),
-        cmocka_unit_test(test_snippets),
+        cmocka_unit_test(test_ffmpeg_agrees),   cmocka_unit_test(test_flip_agrees),
+        cmocka_unit_test(test_profiles),        cmocka_unit_test(test_thresholds),
+        cmocka_unit_test(test_sizes_and_alpha), cmocka_unit_test(test_videos),
+        cmocka_unit_test(test_picture_formats), cmocka_unit_test(test_folders),
+        cmocka_unit_test(test_states),          cmocka_unit_test(test_geometry),
+        cmocka_unit_test(test_reports),         cmocka_unit_test(test_page),
+        cmocka_unit_test(test_update),          cmocka_unit_test(test_snippets),
     };
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
     char command[4200];
