@@ -70,7 +70,7 @@ for target in $only; do
         run state 65536 || bad=1
         ;;
     picture)
-        build picture "-lavformat -lavcodec -lswscale -lavutil -lpng -lxxhash -lm" sim/base/*.c \
+        build picture "-lavfilter -lavformat -lavcodec -lswscale -lavutil -lpng -lxxhash -lm" sim/base/*.c \
             render/video.c render/image*.c render/diff_gate.c render/file.c
         # small pictures of each kind; the first byte says which
         size=32x24

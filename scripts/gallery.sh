@@ -1,0 +1,38 @@
+#!/bin/sh
+# Makes the pictures and films of assets/gallery from the shipped scenes: gallery.sh [FOLDER OF RUNS]
+set -eu
+cd "$(dirname "$0")/.."
+toile=scripts/toile
+runs=${1:-build/gallery}
+out=assets/gallery
+mkdir -p "$runs" "$out"
+
+run() { # SCENE: simulates it once
+    [ -s "$runs/$1/run.states" ] || $toile sim "assets/scenes/$1.yaml" -o "$runs/$1" --quiet
+}
+still() { # SCENE NAME FRAME OPTIONS...
+    scene=$1 name=$2 frame=$3
+    shift 3
+    $toile render "$runs/$scene" -o "$out/$name.png" --frames "$frame" --size 800x450 \
+        --quality quality --force --quiet "$@"
+}
+film() { # SCENE NAME OPTIONS...
+    scene=$1 name=$2
+    shift 2
+    $toile render "$runs/$scene" -o "$out/$name.mp4" --size 640x360 --force --quiet "$@"
+}
+
+for scene in chiffon tablecloth flag cape; do run "$scene"; done
+still chiffon chiffon 70
+still chiffon strain 80 --camera top --look strain-warp --show-scale --title "Silk on a ball" --show-time
+still chiffon tartan-splats 60 --camera flight --look tartan --surface splats
+still tablecloth gingham 33 --look gingham
+still tablecloth double-face 37 --look double-face
+still flag breton 75 --look breton
+still flag denim 50 --look denim
+still cape suiting 60 --look suiting
+still cape curvature 60 --look curvature
+film chiffon chiffon
+film tablecloth tablecloth --look tartan
+film flag flag --look breton --blur 0.5
+film cape cape --look double-face
