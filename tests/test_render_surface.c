@@ -395,7 +395,7 @@ static void test_output_names(void **state) {
                  {"a.png", true, OUTPUT_PICTURE},        {"f/%04d.png", true, OUTPUT_SEQUENCE},
                  {"frames/", true, OUTPUT_SEQUENCE},     {"frames", true, OUTPUT_SEQUENCE},
                  {"a%s.png", false, OUTPUT_SEQUENCE},    {"%d%d.png", false, OUTPUT_SEQUENCE},
-                 {"a.gif", false, OUTPUT_PICTURE},       {"%99999d.png", false, OUTPUT_SEQUENCE},
+                 {"a.avi", false, OUTPUT_PICTURE},       {"%99999d.png", false, OUTPUT_SEQUENCE},
                  {"a%04d%n.png", false, OUTPUT_SEQUENCE}};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         OutputDef def = {0};
