@@ -179,7 +179,7 @@ static void test_cantilever(void **unused) {
     for (int g = 0; g < 4; g++) {
         double errors[3];
         for (int k = 0; k < 3; k++) {
-            bool far = gammas[g] > 100;
+            bool far = gammas[g] >= 100; /* where Newton from flat may stray */
             StripCase c = {.gamma = gammas[g],
                            .stiffness = far ? 1e6 : 1e8,
                            .nodes = 1 + (20 << k),
@@ -190,7 +190,7 @@ static void test_cantilever(void **unused) {
                           100 * r.error, r.iterations, (int)r.status);
         }
         CHECK_AT_MOST(errors[0], bars[g]);
-        if (gammas[g] <= 100) {
+        if (gammas[g] < 100) { /* beyond, the cloth of kinetic damping stretches by 1e-4 */
             CHECK_AT_MOST(1.9, log2(errors[1] / errors[2]));
         }
     }

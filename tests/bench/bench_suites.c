@@ -7,37 +7,6 @@
 #include "tests/support/cloths.h"
 #include "tests/support/strips.h"
 
-/* ---- cantilever: error and CPU over resolution, stiffness and kind of Newton ---- */
-
-static void run_cantilever(void) {
-    const double gammas[4] = {1, 10, 100, 1000};
-    const int nodes[4] = {11, 21, 41, 81};
-    for (int g = 0; g < 4; g++) {
-        for (int k = 0; k < 4; k++) {
-            for (int variant = 0; variant < 3; variant++) {
-                if (variant == 2 && nodes[k] != 21) {
-                    continue; /* plain Newton for comparison at one resolution */
-                }
-                StripCase c = {.gamma = gammas[g],
-                               .stiffness = variant == 0 ? 1e6 : 1e8,
-                               .nodes = nodes[k],
-                               .plain_newton = variant == 2};
-                char name[64], note[64];
-                double cpu = bench_cpu();
-                StripResult r = strip_solve(&c);
-                snprintf(name, sizeof name, "gamma=%g S=%g", c.gamma, c.stiffness);
-                snprintf(note, sizeof note, "%s Newton; %d iterations; status %d",
-                         variant == 2 ? "plain" : "mixed-point", r.iterations, (int)r.status);
-                bench_write((BenchRow){"cantilever", name, "static", "tip_drop", nodes[k], NAN,
-                                       r.tip_drop, NAN, r.error, bench_cpu() - cpu, note, NULL});
-            }
-        }
-    }
-}
-
-const BenchSuite bench_cantilever = {"cantilever", "heavy elastica, static, from flat",
-                                     run_cantilever};
-
 /* ---- sweep: cost of an explicit step ---- */
 
 static double sweep_ns(const SweepKernel *kernel, int n) {

@@ -35,7 +35,7 @@ StripResult strip_solve(const StripCase *strip);
 /* The same by kinetic damping, for forces with kinks; at most `steps` explicit steps. */
 StripResult strip_relax(const StripCase *strip, int steps);
 
-/* Exact tip of the heavy elastica (reach, drop) for gamma 1, 10, 100, 1000. */
+/* Exact tip of the heavy elastica (reach, drop) for some gamma from 0.1 to 1000. */
 void strip_exact(double gamma, double tip[2]);
 
 /* A system with everything that belongs to it; do not move it once made. */
