@@ -166,8 +166,8 @@ static void test_states_carry_the_film(void **state) {
 
 static void test_impossible_films_are_refused(void **state) {
     (void)state;
-    Film films[5];
-    for (int i = 0; i < 5; i++) {
+    Film films[6];
+    for (int i = 0; i < 6; i++) {
         fill_film(&films[i]);
     }
     films[0].blur = 2;
@@ -175,7 +175,8 @@ static void test_impossible_films_are_refused(void **state) {
     films[2].views[3].move.keys[4].time = 1; /* times must increase */
     films[3].views[2].move.keys[2].eye.x = INFINITY;
     films[4].blur_samples = 100000;
-    for (int i = 0; i < 5; i++) {
+    films[5].views[0].move.orbit = NAN;
+    for (int i = 0; i < 6; i++) {
         Error error = {0};
         assert_true(write_header(path_of("bad.states"), &films[i]));
         assert_null(state_open(path_of("bad.states"), &error));

@@ -90,12 +90,11 @@ static bool decode_more(const double *n, Film *film) {
 
 /* *keys: how many of this camera's keys come next. */
 static bool decode_view(const double *n, FilmView *view, int *keys) {
-    int camera = (int)n[0];
     if (!all_finite(n, VIEW_NUMBERS) || !(n[0] >= CAMERA_AUTO && n[0] <= CAMERA_ORTHOGRAPHIC) ||
         !(n[15] >= 0.0 && n[15] < FILM_MOST_KEYS + 1)) {
         return false;
     }
-    view->camera = (CameraKind)camera;
+    view->camera = (CameraKind)n[0];
     view->eye = vec3_load(n + 1);
     view->target = vec3_load(n + 4);
     view->up = vec3_load(n + 7);
