@@ -33,7 +33,7 @@ endif
 # foreign libraries, one line per program
 SHARED_LIBS := -lqhull_r -llapacke -lopenblas -lgmp -lxxhash -lm
 SIM_LIBS := -lcholmod -lyaml -ludunits2 -lassimp $(SHARED_LIBS)
-RENDER_LIBS := -lavfilter -lavformat -lavcodec -lswscale -lavutil -lpng -lcairo -ldl $(SHARED_LIBS)
+RENDER_LIBS := -lOpenEXRCore-3_1 -lavfilter -lavformat -lavcodec -lswscale -lavutil -lpng -lcairo -ldl $(SHARED_LIBS)
 
 SHARED_SOURCES := $(wildcard sim/base/*.c sim/geom/*.c sim/state/*.c)
 SIM_SOURCES := $(wildcard sim/scene/*.c sim/solve/*.c sim/model/*.c sim/contact/*.c sim/step/*.c) \

@@ -22,6 +22,8 @@ typedef struct Options {
     const char *surface;              /* --surface mesh|splats; NULL: the film's */
     const char *title;                /* --title TEXT; NULL: the film's */
     double blur, play;                /* --blur PART, --play RATE; negative: the film's */
+    bool clear;                       /* --alpha: no backdrop */
+    bool linear;                      /* light instead of display code; set for .exr */
     bool show_time, show_scale;       /* --show-time --show-scale, besides the film's */
     int jobs;                         /* --jobs N processes; 1 */
     int every;                        /* --every N frames; 1 */

@@ -169,6 +169,7 @@ ExitCode command_versions(const Options *options, Error *error) {
     }
     video_print_versions(stdout);
     image_print_versions(stdout);
+    exr_print_versions(stdout);
     sheet_print_versions(stdout);
     return EXIT_OK;
 }

@@ -17,6 +17,7 @@ typedef struct Job {
     OutputDef target;
     Output *output;
     Jobs *jobs;      /* NULL: this process draws */
+    ExrPicture exr;  /* for .exr files */
     RunEnd end;      /* how the run ended; RUN_FRAME: not yet */
     int first, last; /* frames to draw; last -1: until the run ends */
     int drawn, kept; /* frames written, frames that were still valid */
@@ -52,6 +53,8 @@ Drawer *command_open(const Options *options, Run *run, RunEnd *end, Error *error
                    .height = options->height,
                    .quality = options->quality,
                    .film = &film,
+                   .linear = options->linear,
+                   .clear = options->clear,
                    .look = options->look,
                    .range = options->range,
                    .threads = options->threads > 1 ? options->threads : 0};
@@ -151,6 +154,9 @@ static bool open_output(Job *job, Error *error) {
             return false;
         }
     }
+    if (job->target.exr) {
+        job->exr = exr_create(job->target.width, job->target.height);
+    }
     job->output = output_create(&job->target, error);
     return job->output != NULL;
 }
@@ -185,6 +191,11 @@ static bool draw_one(Job *job, int frame, Error *error) {
         if (state == OUTPUT_FOREIGN && !output_may_write(&job->target, frame, error)) {
             return false;
         }
+    }
+    if (job->target.exr) {
+        job->drawn++;
+        return draw_exr(job->drawer, frame, &job->exr, error) &&
+               output_write_exr(job->output, frame, &job->exr, key, error);
     }
     if (job->jobs) {
         return (!jobs_are_full(job->jobs) || collect(job, false, error)) &&
@@ -276,6 +287,19 @@ static bool make_film(Job *job, Error *error) {
     return true;
 }
 
+/* What a kind of file cannot hold. */
+static bool check_target(const Options *options, const OutputDef *target, Error *error) {
+    if (options->clear && target->kind == OUTPUT_VIDEO) {
+        return error_set(error, EXIT_USAGE,
+                         "--alpha: films have none; use a sequence of .png or .exr");
+    }
+    if (target->exr && (options->jobs > 1 || options->blur > 0.0)) {
+        return error_set(error, EXIT_USAGE, ".exr pictures take no --%s",
+                         options->jobs > 1 ? "jobs" : "blur: depth has no mean");
+    }
+    return true;
+}
+
 ExitCode command_render(const Options *options, Error *error) {
     Job job = {.options = options};
     if (!options->output) {
@@ -286,10 +310,17 @@ ExitCode command_render(const Options *options, Error *error) {
         return error->code;
     }
     job.target.force = options->force;
+    Options linear = *options;
+    linear.linear = job.target.exr;
+    job.options = &linear;
+    if (!check_target(options, &job.target, error)) {
+        return error->code;
+    }
     bool good = make_film(&job, error);
     ExitCode code = good ? judge_end(&job, error) : error->code;
     output_abandon(job.output);
     jobs_stop(job.jobs);
+    exr_free(&job.exr);
     draw_destroy(job.drawer);
     run_close(&job.run);
     return code;

@@ -149,6 +149,8 @@ bool draw_start_painter(Drawer *drawer, Error *error) {
                     .quality = drawer->def.quality,
                     .camera = drawer->camera,
                     .floor = drawer->film.floor,
+                    .linear = drawer->def.linear,
+                    .clear = drawer->def.clear,
                     .splats = drawer->film.surface == FILM_SPLATS,
                     .cloth_count = header->cloth_count,
                     .looks = drawer->looks,
@@ -177,6 +179,7 @@ Drawer *draw_create(Run *run, const DrawDef *def, Error *error) {
         drawer->def.height = drawer->film.height;
     }
     drawer->image = image_create(drawer->def.width, drawer->def.height);
+    drawer->image.clear = def->clear;
     if (!set_up(drawer, error)) {
         draw_destroy(drawer);
         return NULL;
@@ -279,7 +282,9 @@ bool draw_frame_key(Drawer *drawer, int index, uint64_t *key, Error *error) {
                         drawer->film.rate,
                         drawer->def.width,
                         drawer->def.height,
-                        drawer->film.surface};
+                        drawer->film.surface,
+                        drawer->def.linear,
+                        drawer->def.clear};
     size_t settings = sizeof *quality - offsetof(Quality, samples);
     uint64_t seen = hash_bytes(numbers, sizeof numbers);
     for (int i = 0; i < header->cloth_count; i++) {

@@ -8,10 +8,11 @@
 typedef struct DrawDef {
     int width, height; /* [px] even; 0 = the film's */
     const Quality *quality;
-    bool splats;      /* draw surfels, whatever the film says */
-    const char *look; /* of all cloths instead of their own; NULL = their own */
-    const Film *film; /* instead of the run's, copied; NULL */
-    int threads;      /* raster threads of the driver besides this one; 0 */
+    bool linear, clear; /* light instead of display code (draw_exr); no backdrop */
+    bool splats;        /* draw surfels, whatever the film says */
+    const char *look;   /* of all cloths instead of their own; NULL = their own */
+    const Film *film;   /* instead of the run's, copied; NULL */
+    int threads;        /* raster threads of the driver besides this one; 0 */
     QuantityRange
         range; /* of measuring looks, in the units of their legend; low = high: automatic */
 } DrawDef;
@@ -38,6 +39,9 @@ bool draw_frame_key(Drawer *drawer, int index, uint64_t *key, Error *error);
 /* Draws frame `index`. Errors: EXIT_MISSING_INPUT (no GL driver), as state_read_frame. The image belongs to the drawer and is valid until the next call; a frame
  * that shows the same as the last one is not drawn again. NULL: error. */
 const Image *draw_frame(Drawer *drawer, int index, Error *error);
+
+/* The same for compositing, by a drawer that is linear: into picture, of the film's size. */
+bool draw_exr(Drawer *drawer, int index, ExrPicture *picture, Error *error);
 
 /* Adds the CPU time [s] of reading and resampling, and of each stage of painting. */
 typedef struct DrawTimes {

@@ -184,6 +184,9 @@ static void draw_overlay(Drawer *drawer, const StateLayout *layout, const StateF
                            film->show_scale && !camera.perspective
                                ? camera_pixels_per_metre(&camera, drawer->def.height)
                                : 0.0};
+    if (drawer->def.linear || drawer->def.clear) {
+        return; /* nothing is written over what will be composed */
+    }
     if (drawer->measures || film->title[0] || film->show_time || film->show_scale) {
         overlay_draw(&overlay, &drawer->image);
     }
@@ -240,4 +243,12 @@ const Image *draw_frame(Drawer *drawer, int index, Error *error) {
     drawer->drawn = good ? index : -1;
     drawer->shown = shown;
     return good ? &drawer->image : NULL;
+}
+
+bool draw_exr(Drawer *drawer, int index, ExrPicture *picture, Error *error) {
+    if (!draw_frame(drawer, index, error)) {
+        return false;
+    }
+    paint_read_exr(drawer->painter, picture);
+    return true;
 }

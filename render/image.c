@@ -3,7 +3,9 @@
 #include <stdlib.h>
 
 Image image_create(int width, int height) {
-    Image image = {width, height, calloc((size_t)width * (size_t)height, IMAGE_CHANNELS)};
+    Image image = {.width = width,
+                   .height = height,
+                   .rgba = calloc((size_t)width * (size_t)height, IMAGE_CHANNELS)};
     ASSERT(image.rgba);
     return image;
 }

@@ -13,6 +13,7 @@
 typedef struct Image {
     int width, height;
     uint8_t *rgba; /* (height x width x IMAGE_CHANNELS), owned */
+    bool clear;    /* alpha counts: PNG files keep it */
 } Image;
 
 Image image_create(int width, int height); /* black and transparent */
@@ -23,7 +24,7 @@ typedef struct ImageText {
     const char *key, *value;
 } ImageText;
 
-/* Writes a PNG without alpha: filter SUB, fastest compression, an sRGB chunk, no time stamp, so
+/* Writes a PNG, with alpha if the picture is clear: filter SUB, fastest compression, an sRGB chunk, no time stamp, so
  * that the same picture gives the same bytes. texts may be NULL. Errors: EXIT_IO. */
 bool image_write_png(const char *path, const Image *image, const ImageText *texts, int text_count,
                      Error *error);

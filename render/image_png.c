@@ -35,8 +35,8 @@ static bool write_rows(PngWriter *writer, const Image *image, const ImageText *t
     png_structp png = writer->png;
     png_init_io(png, writer->file);
     png_set_IHDR(png, writer->info, (png_uint_32)image->width, (png_uint_32)image->height, 8,
-                 PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
-                 PNG_FILTER_TYPE_DEFAULT);
+                 image->clear ? PNG_COLOR_TYPE_RGBA : PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,
+                 PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
     png_set_sRGB(png, writer->info, PNG_sRGB_INTENT_PERCEPTUAL);
     png_set_compression_level(png, COMPRESSION_LEVEL);
     png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_FILTER_SUB);
@@ -44,8 +44,9 @@ static bool write_rows(PngWriter *writer, const Image *image, const ImageText *t
     png_write_info(png, writer->info);
     for (int y = 0; y < image->height; y++) {
         const uint8_t *from = image->rgba + (size_t)y * image->width * IMAGE_CHANNELS;
-        for (int x = 0; x < image->width; x++) {
-            memcpy(writer->row + 3 * x, from + IMAGE_CHANNELS * x, 3);
+        size_t channels = image->clear ? IMAGE_CHANNELS : 3;
+        for (size_t x = 0; x < (size_t)image->width; x++) {
+            memcpy(writer->row + channels * x, from + IMAGE_CHANNELS * x, channels);
         }
         png_write_row(png, writer->row);
     }
@@ -57,7 +58,7 @@ bool image_put_png(FILE *out, const Image *image, const ImageText *texts, int te
     PngWriter writer = {.file = out};
     writer.png = png_create_write_struct(PNG_LIBPNG_VER_STRING, NULL, NULL, NULL);
     writer.info = writer.png ? png_create_info_struct(writer.png) : NULL;
-    writer.row = malloc(3 * (size_t)image->width);
+    writer.row = malloc(IMAGE_CHANNELS * (size_t)image->width);
     ASSERT(writer.info && writer.row);
     bool good = write_rows(&writer, image, texts, text_count);
     png_destroy_write_struct(&writer.png, &writer.info);

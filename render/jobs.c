@@ -28,6 +28,7 @@ typedef struct Worker {
 struct Jobs {
     int count, next, oldest; /* workers; whose turn it is to get, and to give */
     int width, height;
+    bool clear;
     size_t bytes; /* of a Shared */
     Worker workers[JOBS_MOST];
 };
@@ -107,6 +108,7 @@ Jobs *jobs_start(const Options *options, int count, int width, int height, Error
     ASSERT(jobs && count > 0 && count <= JOBS_MOST);
     jobs->width = width;
     jobs->height = height;
+    jobs->clear = options->clear;
     jobs->bytes = sizeof(Shared) + (size_t)IMAGE_CHANNELS * (size_t)width * (size_t)height;
     for (int i = 0; i < count; i++) {
         if (!start_worker(jobs, options, error)) {
@@ -152,7 +154,10 @@ bool jobs_next(Jobs *jobs, bool *any, Image *image, int *frame, uint64_t *key, E
     if (code != EXIT_OK) {
         return error_set(error, (ExitCode)code, "%s", worker->shared->error.text);
     }
-    *image = (Image){jobs->width, jobs->height, worker->shared->rgba};
+    *image = (Image){.width = jobs->width,
+                     .height = jobs->height,
+                     .rgba = worker->shared->rgba,
+                     .clear = jobs->clear};
     *frame = worker->frame;
     *key = worker->key;
     worker->frame = -1;

@@ -17,7 +17,8 @@
 
 const Command commands[] = {
     {"render", "RUN -o FILE",
-     "video (mp4, hevc.mp4, mov, prores.mov, webm, av1.webm, gif, mkv, apng), sequence (%04d.png "
+     "video (mp4, hevc.mp4, mov, prores.mov, webm, av1.webm, gif, mkv, apng), sequence (%04d.png, "
+     "%04d.exr "
      "or a "
      "folder), picture",
      command_render, 1, 1, false},
@@ -281,6 +282,7 @@ static const OptionRow rows[] = {
     {"jobs", "N", "render", "draw in N processes; 1", READER, 0, 0, read_jobs},
     {"every", "N", "render", "draw every N-th frame; 1", WHOLE, 1, FIELD(every), NULL},
     {"title", "TEXT", DRAWING, "written over the picture", TEXT, 0, FIELD(title), NULL},
+    {"alpha", NULL, "render", "no backdrop, but alpha (png, exr)", FLAG, 0, FIELD(clear), NULL},
     {"show-time", NULL, DRAWING, "write the time", FLAG, 0, FIELD(show_time), NULL},
     {"show-scale", NULL, DRAWING, "a scale bar (parallel projections)", FLAG, 0, FIELD(show_scale),
      NULL},

@@ -80,13 +80,14 @@ bool output_plan(const char *path, OutputDef *def, Error *error) {
         def->kind = OUTPUT_VIDEO;
         return true;
     }
-    if (!has_ending(path, ".png")) {
+    def->exr = has_ending(path, ".exr");
+    if (!def->exr && !has_ending(path, ".png")) {
         char endings[256] = "";
         for (int i = 0; i < video_format_count; i++) {
             size_t used = strlen(endings);
             snprintf(endings + used, sizeof endings - used, ".%s, ", video_formats[i].ending);
         }
-        return error_set(error, EXIT_USAGE, "-o %s: expected an ending %sor .png, or a folder",
+        return error_set(error, EXIT_USAGE, "-o %s: expected an ending %s.exr or .png, or a folder",
                          path, endings);
     }
     def->kind = strchr(path, '%') ? OUTPUT_SEQUENCE : OUTPUT_PICTURE;
@@ -108,6 +109,8 @@ OutputState output_look(const OutputDef *def, int frame, uint64_t key) {
     write_key(key, wanted);
     if (def->kind == OUTPUT_VIDEO) {
         video_read_comment(name, found, sizeof found);
+    } else if (def->exr) {
+        exr_read_text(name, KEY_TEXT, found, sizeof found);
     } else {
         image_read_png_text(name, KEY_TEXT, found, sizeof found);
     }
@@ -130,14 +133,18 @@ bool output_may_write(const OutputDef *def, int frame, Error *error) {
 
 /* ---- writing ---- */
 
-static bool write_png(const Output *output, const Entry *entry, Error *error) {
+/* Writes one picture file, a PNG or (exr not NULL) an EXR, and gives it its name when it is whole. */
+static bool write_file(const Output *output, int number, uint64_t hash, const Image *image,
+                       const ExrPicture *exr, Error *error) {
     char name[OUTPUT_PATH_SIZE], part[PART_SIZE], key[OUTPUT_KEY_SIZE], frame[16];
-    name_frame(&output->def, entry->frame, name);
+    name_frame(&output->def, number, name);
     snprintf(part, sizeof part, "%s.part", name);
-    write_key(entry->key, key);
-    snprintf(frame, sizeof frame, "%d", entry->frame);
+    write_key(hash, key);
+    snprintf(frame, sizeof frame, "%d", number);
     ImageText texts[] = {{"Software", "toile"}, {KEY_TEXT, key}, {"toile:frame", frame}};
-    if (image_write_png(part, &entry->image, texts, 3, error) && file_commit(part, name, error)) {
+    if ((exr ? exr_write(part, exr, texts, 3, error)
+             : image_write_png(part, image, texts, 3, error)) &&
+        file_commit(part, name, error)) {
         return true;
     }
     unlink(part);
@@ -145,8 +152,9 @@ static bool write_png(const Output *output, const Entry *entry, Error *error) {
 }
 
 static bool write_entry(Output *output, const Entry *entry, Error *error) {
-    return output->def.kind == OUTPUT_VIDEO ? video_write(output->video, &entry->image, error)
-                                            : write_png(output, entry, error);
+    return output->def.kind == OUTPUT_VIDEO
+               ? video_write(output->video, &entry->image, error)
+               : write_file(output, entry->frame, entry->key, &entry->image, NULL, error);
 }
 
 /* The first failure is kept for the thread that draws; needs the lock. */
@@ -213,6 +221,7 @@ static void set_entry(Entry *entry, int frame, const Image *image, uint64_t key)
     ASSERT(image->width == entry->image.width && image->height == entry->image.height);
     entry->frame = frame;
     entry->key = key;
+    entry->image.clear = image->clear;
     memcpy(entry->image.rgba, image->rgba,
            (size_t)image->width * (size_t)image->height * IMAGE_CHANNELS);
 }
@@ -235,6 +244,11 @@ bool output_write(Output *output, int frame, const Image *image, uint64_t key, E
     Error failed = output->error;
     pthread_mutex_unlock(&output->lock);
     return failed.code == EXIT_OK || error_set(error, failed.code, "%s", failed.text);
+}
+
+bool output_write_exr(Output *output, int frame, const ExrPicture *picture, uint64_t key,
+                      Error *error) {
+    return write_file(output, frame, key, NULL, picture, error);
 }
 
 static void stop_encoder(Output *output) {

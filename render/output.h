@@ -7,7 +7,7 @@
 #ifndef TOILE_RENDER_OUTPUT_H
 #define TOILE_RENDER_OUTPUT_H
 
-#include "render/image.h"
+#include "render/image_exr.h"
 #include "render/video.h"
 
 #define OUTPUT_PATH_SIZE 4096
@@ -20,6 +20,7 @@ typedef struct OutputDef {
     OutputKind kind;
     int width, height; /* [px] */
     double rate;       /* [1/s] of a video */
+    bool exr;          /* pictures are EXR files: output_write_exr */
     bool background;   /* encode in a thread of its own */
     bool force;        /* overwrite whatever is there */
 } OutputDef;
@@ -48,6 +49,10 @@ Output *output_create(const OutputDef *def, Error *error);
 
 /* Adds a picture; it is copied. key: of this picture. Errors of earlier pictures may show here. */
 bool output_write(Output *output, int frame, const Image *image, uint64_t key, Error *error);
+
+/* The same for a picture for compositing, written at once. */
+bool output_write_exr(Output *output, int frame, const ExrPicture *picture, uint64_t key,
+                      Error *error);
 
 /* Ends the output and frees. key: of the whole video. */
 bool output_close(Output *output, uint64_t key, Error *error);

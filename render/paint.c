@@ -196,6 +196,8 @@ void paint_frame(Painter *painter, const Surface *surface, const Pose *poses, Im
     account(painter, PAINT_PROPS, &start);
     pass_composite(painter);
     account(painter, PAINT_COMPOSITE, &start);
-    read_picture(painter, image);
+    if (!painter->def.linear) {
+        read_picture(painter, image);
+    }
     account(painter, PAINT_READ, &start);
 }

@@ -8,6 +8,7 @@
 
 #include "render/camera.h"
 #include "render/image.h"
+#include "render/image_exr.h"
 #include "render/look.h"
 #include "render/resample.h"
 #include "sim/geom/solid.h"
@@ -40,6 +41,9 @@ typedef struct PaintDef {
     const Quality *quality;
     Camera camera;
     bool floor;
+    bool
+        linear; /* pictures are light, for paint_read_exr; the image of paint_frame is left alone */
+    bool clear; /* no backdrop; alpha is what is covered */
     bool splats; /* cloth as surfels, not triangles; sheer cloth is always triangles */
     int cloth_count;
     const Look *const *looks;    /* (cloth_count) */
@@ -85,6 +89,9 @@ void paint_set_camera(Painter *painter, const Camera *camera);
 
 /* Draws a frame of that surface. poses: (prop_count). image must have the size of the film. */
 void paint_frame(Painter *painter, const Surface *surface, const Pose *poses, Image *image);
+
+/* The frame drawn last by a linear painter. */
+void paint_read_exr(Painter *painter, ExrPicture *picture);
 
 /* Waits for the driver after each stage and adds its CPU time [s] to times; NULL: stops. */
 void paint_measure(Painter *painter, double times[PAINT_STAGE_COUNT]);

@@ -37,8 +37,11 @@ static bool create_shading(Painter *painter, const char *taps, Error *error) {
 
 bool passes_create_programs(Painter *painter, Error *error) {
     const Quality *quality = painter->def.quality;
-    char taps[DEFINES_SIZE], floor_taps[DEFINES_SIZE];
-    const char *veiled = painter->veiled ? "#define VEILED\n" : "";
+    char taps[DEFINES_SIZE], floor_taps[DEFINES_SIZE], common[DEFINES_SIZE];
+    const char *linear = painter->def.linear ? "#define LINEAR\n" : "";
+    char veiled[64];
+    snprintf(veiled, sizeof veiled, "%s%s", painter->veiled ? "#define VEILED\n" : "", linear);
+    snprintf(common, sizeof common, "%s%s", painter->def.clear ? "#define CLEAR\n" : "", linear);
     snprintf(taps, sizeof taps, "%s#define BLOCKER_TAPS %d\n#define FILTER_TAPS %d\n", veiled,
              quality->blocker_taps, quality->filter_taps);
     snprintf(floor_taps, sizeof floor_taps,
@@ -54,7 +57,7 @@ bool passes_create_programs(Painter *painter, Error *error) {
         {&programs->linear, SHADER_FULLSCREEN, SHADER_LINEAR, ""},
         {&programs->occlusion, SHADER_FULLSCREEN, SHADER_OCCLUSION, ""},
         {&programs->blur, SHADER_FULLSCREEN, SHADER_BLUR, ""},
-        {&programs->still, SHADER_FULLSCREEN, SHADER_BACKDROP, ""},
+        {&programs->still, SHADER_FULLSCREEN, SHADER_BACKDROP, linear},
         {&programs->backdrop, SHADER_FULLSCREEN, SHADER_BACKDROP, floor_taps},
         {&programs->soften, SHADER_FULLSCREEN, SHADER_SOFTEN, ""},
         {&programs->gbuffer, SHADER_GBUFFER_VERTEX, SHADER_GBUFFER_FRAGMENT, ""},
@@ -62,7 +65,7 @@ bool passes_create_programs(Painter *painter, Error *error) {
          "#define MEASURED\n"},
         {&programs->prop_words, SHADER_PROP_VERTEX, SHADER_PROP_WORDS, ""},
         {&programs->prop, SHADER_FULLSCREEN, SHADER_PROP, taps},
-        {&programs->composite, SHADER_FULLSCREEN, SHADER_COMPOSITE, ""},
+        {&programs->composite, SHADER_FULLSCREEN, SHADER_COMPOSITE, common},
     };
     for (size_t i = 0; i < sizeof list / sizeof *list; i++) {
         *list[i].program =
@@ -114,9 +117,9 @@ void passes_create_targets(Painter *painter) {
     t->layer_depth = texture_of(t->layer, GL_DEPTH24_STENCIL8, GL_NEAREST);
     t->words = texture_of(t->layer, GL_RGBA32UI, GL_NEAREST);
     t->words_target = gl_target_create(t->words, t->layer_depth, true);
-    t->layer_color = texture_of(t->layer, GL_SRGB8_ALPHA8, GL_LINEAR);
+    t->layer_color = texture_of(t->layer, def->linear ? GL_RGBA16F : GL_SRGB8_ALPHA8, GL_LINEAR);
     t->layer_target = gl_target_create(t->layer_color, t->layer_depth, true);
-    t->picture = texture_of(t->full, GL_RGBA8, GL_NEAREST);
+    t->picture = texture_of(t->full, def->linear ? GL_RGBA32F : GL_RGBA8, GL_NEAREST);
     t->picture_target = gl_target_create(t->picture, 0, false);
 }
 

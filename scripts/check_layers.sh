@@ -50,6 +50,7 @@ one_file 'libqhull_r/' 1
 one_file 'lapacke\.h' 1
 one_file 'gmp\.h' 1
 one_file 'png\.h' 1
+one_file 'OpenEXR/' 1
 one_file 'cairo/' 1
 one_file 'libav(codec|filter|format|util)/' 1
 one_file 'xxhash\.h' 1

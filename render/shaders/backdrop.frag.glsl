@@ -23,5 +23,5 @@ void main() {
     vec3 light = key_color.rgb * key * max(dot(n, key_light.xyz), 0.0);
     light += fill_color.rgb * max(dot(n, fill_light.xyz), 0.0) * visible;
     light = light / PI + ambient_light(n) * occlusion_colored(visible, ALBEDO);
-    result = vec4(srgb_decode(tone_map(ALBEDO * light * pool)), 1.0);
+    result = vec4(seen(ALBEDO * light * pool), 1.0);
 }

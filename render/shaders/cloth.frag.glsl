@@ -220,8 +220,8 @@ void main() {
     // seen at a slant, threads cover more: 1 - (1 - cover)^(1 / cos)
     float slant = max(saturate(dot(g.normal, v)), 0.12);
     float alpha = 1.0 - pow(1.0 - border.z, t.layers / slant);
-    result = vec4(srgb_decode(tone_map(color)) * alpha, alpha);
+    result = vec4(seen(color) * alpha, alpha);
 #else
-    result = vec4(tone_map(color), 1.0);
+    result = vec4(written(color), 1.0);
 #endif
 }

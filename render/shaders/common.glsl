@@ -202,6 +202,21 @@ vec3 srgb_decode(vec3 code) {
     return mix(code / 12.92, pow((code + 0.055) / 1.055, vec3(2.4)), step(vec3(0.04045), code));
 }
 
+vec3 srgb_encode(vec3 light) {
+    return mix(light * 12.92, 1.055 * pow(max(light, vec3(1e-6)), vec3(1.0 / 2.4)) - 0.055,
+               step(vec3(0.0031308), light));
+}
+
+// What a sample of this light is written as: display code, or with LINEAR the light itself; and the
+// light that a reader of it sees.
+#ifdef LINEAR
+vec3 written(vec3 light) { return light; }
+vec3 seen(vec3 light) { return light; }
+#else
+vec3 written(vec3 light) { return tone_map(light); }
+vec3 seen(vec3 light) { return srgb_decode(tone_map(light)); }
+#endif
+
 // Light between near surfaces of one colour (Jimenez et al. 2016).
 vec3 occlusion_colored(float visible, vec3 albedo) {
     vec3 a = 2.0404 * albedo - 0.3324;

@@ -25,7 +25,9 @@ void main() {
     float lit = 0.5 * saturate(dot(n, v)) + 0.5 * saturate(0.5 + 0.5 * dot(n, key_light.xyz));
     float visible = occlusion_at(place, depth_linear(depth));
     color *= mix(DARKEST_LIGHT, 1.0, lit) * mix(DARKEST_CORNER, 1.0, visible);
-    vec3 code = mix(color * 12.92, 1.055 * pow(max(color, vec3(1e-6)), vec3(1.0 / 2.4)) - 0.055,
-                    step(vec3(0.0031308), color));
-    result = vec4(code, 1.0);
+#ifdef LINEAR
+    result = vec4(color, 1.0);
+#else
+    result = vec4(srgb_encode(color), 1.0);
+#endif
 }

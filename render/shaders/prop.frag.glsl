@@ -61,5 +61,5 @@ void main() {
     vec3 fresnel = f0 + (1.0 - f0) * pow(1.0 - nv, 5.0) * (1.0 - base.w);
     color += ambient_light(n) * albedo * (1.0 - metal) * occlusion_colored(visible, albedo);
     color += ambient_light(mirrored) * fresnel * visible * mix(0.6, 1.6, metal);
-    result = vec4(tone_map(color), 1.0);
+    result = vec4(written(color), 1.0);
 }

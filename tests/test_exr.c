@@ -1,0 +1,229 @@
+/* Pictures for compositing: EXR channels against what is known of a flat sheet, alpha, linear light. */
+#include <OpenEXR/openexr.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "render/command.h"
+#include "tests/support/check.h"
+#include "tests/support/render_states.h"
+
+#define WIDTH 320
+#define HEIGHT 180
+#define DISTANCE 1.5 /* [m] of the camera from the patch */
+
+static char folder[] = "/tmp/toile-exr-XXXXXX";
+
+static const char *path_of(const char *name) {
+    static char paths[4][128];
+    static int next = 0;
+    char *path = paths[next++ % 4];
+    snprintf(path, sizeof paths[0], "%s/%s", folder, name);
+    return path;
+}
+
+static void render(const char *output, const char *look, bool alpha) {
+    Options options = options_default();
+    Error error = {0};
+    options.run.path = path_of("patch.states");
+    options.output = path_of(output);
+    options.look = look;
+    options.range = look ? (QuantityRange){0, 1} : (QuantityRange){0, 0};
+    options.clear = alpha;
+    options.width = WIDTH;
+    options.height = HEIGHT;
+    options.threads = 1;
+    options.first = options.last = 0;
+    options.frames_given = options.quiet = options.force = true;
+    if (command_render(&options, &error) != EXIT_OK) {
+        fail_msg("%s", error.text);
+    }
+}
+
+/* One channel of an EXR file as 32-bit numbers (HEIGHT x WIDTH), by the library's own decoder. */
+static void *read_channel(const char *path, const char *name, exr_pixel_type_t type) {
+    exr_context_t file = NULL;
+    exr_context_initializer_t init = EXR_DEFAULT_CONTEXT_INITIALIZER;
+    exr_decode_pipeline_t decoder = EXR_DECODE_PIPELINE_INITIALIZER;
+    uint8_t *values = calloc(WIDTH * HEIGHT, 4);
+    int32_t step;
+    int found = 0;
+    assert_int_equal(exr_start_read(&file, path, &init), EXR_ERR_SUCCESS);
+    assert_int_equal(exr_get_scanlines_per_chunk(file, 0, &step), EXR_ERR_SUCCESS);
+    for (int y = 0; y < HEIGHT; y += step) {
+        exr_chunk_info_t chunk;
+        assert_int_equal(exr_read_scanline_chunk_info(file, 0, y, &chunk), EXR_ERR_SUCCESS);
+        assert_int_equal(y == 0 ? exr_decoding_initialize(file, 0, &chunk, &decoder)
+                                : exr_decoding_update(file, 0, &chunk, &decoder),
+                         EXR_ERR_SUCCESS);
+        for (int c = 0; c < decoder.channel_count; c++) {
+            exr_coding_channel_info_t *channel = &decoder.channels[c];
+            bool wanted = strcmp(channel->channel_name, name) == 0;
+            found += wanted;
+            channel->decode_to_ptr = wanted ? values + (size_t)4 * WIDTH * (size_t)y : NULL;
+            channel->user_pixel_stride = 4;
+            channel->user_line_stride = 4 * WIDTH;
+            channel->user_bytes_per_element = 4;
+            channel->user_data_type = (uint16_t)type;
+        }
+        if (y == 0) {
+            assert_int_equal(exr_decoding_choose_default_routines(file, 0, &decoder),
+                             EXR_ERR_SUCCESS);
+        }
+        assert_int_equal(exr_decoding_run(file, 0, &decoder), EXR_ERR_SUCCESS);
+    }
+    assert_true(found > 0);
+    exr_decoding_destroy(file, &decoder);
+    exr_finish(&file);
+    return values;
+}
+
+static float *read_floats(const char *path, const char *name) {
+    return read_channel(path, name, EXR_PIXEL_FLOAT);
+}
+
+/* What the camera sees at a pixel: (u, v) in parts of the panel; false: beside it. */
+static bool patch_at(int x, int y, double uv[2]) {
+    double half = DISTANCE * tan(0.25), sx = 2.0 * half / HEIGHT; /* [m] of a pixel at the patch */
+    double px = (x + 0.25 - WIDTH / 2) * sx, pz = (HEIGHT / 2 - (y + 0.75)) * sx; /* its sample */
+    double v = (pz + 0.2) / ((1 + RENDER_PATCH_WEFT) * cos(RENDER_PATCH_SHEAR));
+    double u = (px + 0.3 - (1 + RENDER_PATCH_WEFT) * v * sin(RENDER_PATCH_SHEAR)) /
+               (1 + RENDER_PATCH_WARP);
+    uv[0] = u / 0.6, uv[1] = v / 0.4;
+    return uv[0] > 0 && uv[0] < 1 && uv[1] > 0 && uv[1] < 1;
+}
+
+static void test_geometry(void **state) {
+    (void)state;
+    render("patch.exr", NULL, false);
+    const char *path = path_of("patch.exr");
+    float *z = read_floats(path, "Z"), *u = read_floats(path, "uv.u"),
+          *v = read_floats(path, "uv.v");
+    float *nx = read_floats(path, "N.X"), *nz = read_floats(path, "N.Z");
+    uint32_t *id = read_channel(path, "id", EXR_PIXEL_UINT);
+    double worst_z = 0, worst_uv = 0, worst_n = 0;
+    int wrong = 0, cloth = 0;
+    for (int i = 0; i < WIDTH * HEIGHT; i++) {
+        double uv[2];
+        bool inside = patch_at(i % WIDTH, i / WIDTH, uv);
+        cloth += inside;
+        wrong += inside != (id[i] == 1);
+        if (inside && id[i] == 1) {
+            worst_z = fmax(worst_z, fabs((double)z[i] - DISTANCE));
+            worst_uv = fmax(worst_uv, fmax(fabs((double)u[i] - uv[0]), fabs((double)v[i] - uv[1])));
+            worst_n = fmax(worst_n, fmax(fabs((double)nx[i]), fabs((double)nz[i] - 1)));
+        } else if (id[i] == 0) {
+            assert_true(z[i] == EXR_NOTHING && u[i] == 0.0f && nz[i] == 0.0f);
+        }
+    }
+    assert_true(cloth > 5000);
+    CHECK_AT_MOST(wrong, 4); /* samples on the border itself */
+    CHECK_AT_MOST(worst_z, 1e-4);
+    CHECK_AT_MOST(worst_uv, 1e-4);
+    CHECK_AT_MOST(worst_n, 1e-3);
+    free(z), free(u), free(v), free(nx), free(nz), free(id);
+}
+
+/* A measuring look is not tone-mapped: its light is the light of the code in a PNG. */
+static void test_light(void **state) {
+    (void)state;
+    Image image;
+    render("speed.png", "speed", false);
+    render("speed.exr", "speed", false);
+    assert_true(image_read_png(path_of("speed.png"), &image, NULL));
+    int at = HEIGHT / 2 * WIDTH + WIDTH / 2; /* no vignette in the middle */
+    static const char *const names[3] = {"R", "G", "B"};
+    for (int k = 0; k < 3; k++) {
+        float *channel = read_floats(path_of("speed.exr"), names[k]);
+        double light = (double)channel[at];
+        double code = light <= 0.0031308 ? 12.92 * light : 1.055 * pow(light, 1 / 2.4) - 0.055;
+        CHECK_NEAR(255 * code, image.rgba[IMAGE_CHANNELS * at + k], 1.5);
+        free(channel);
+    }
+    image_free(&image);
+}
+
+static void test_alpha(void **state) {
+    (void)state;
+    Image image;
+    render("alpha.exr", NULL, true);
+    render("alpha.png", NULL, true);
+    render("plain.exr", NULL, false);
+    float *a = read_floats(path_of("alpha.exr"), "A"), *r = read_floats(path_of("alpha.exr"), "R");
+    float *whole = read_floats(path_of("plain.exr"), "A");
+    assert_true(image_read_png(path_of("alpha.png"), &image, NULL));
+    int between = 0;
+    for (int i = 0; i < WIDTH * HEIGHT; i++) {
+        assert_true(whole[i] == 1.0f);
+        assert_true(a[i] >= 0.0f && a[i] <= 1.0f && (a[i] > 0.0f || r[i] == 0.0f));
+        CHECK_NEAR((double)a[i], image.rgba[IMAGE_CHANNELS * i + 3] / 255.0, 0.01);
+        between += a[i] > 0.1f && a[i] < 0.9f;
+    }
+    assert_true(a[HEIGHT / 2 * WIDTH + WIDTH / 2] == 1.0f && a[0] == 0.0f);
+    assert_true(between > 50); /* the border is not jagged */
+    free(a), free(r), free(whole);
+    image_free(&image);
+}
+
+/* FFmpeg has a reader of its own. */
+static void test_other_reader(void **state) {
+    (void)state;
+    float *r = read_floats(path_of("plain.exr"), "R"),
+          *nz = read_floats(path_of("patch.exr"), "N.Z");
+    static float planes[4 * WIDTH * HEIGHT];
+    char command[512];
+    for (int layer = 0; layer < 2; layer++) {
+        snprintf(command, sizeof command,
+                 "ffmpeg -nostdin -v error -y %s -i %s -f rawvideo -pix_fmt %s %s",
+                 layer ? "-layer N" : "", path_of(layer ? "patch.exr" : "plain.exr"),
+                 layer ? "gbrpf32le" : "gbrapf32le", path_of("raw"));
+        assert_int_equal(system(command), 0);
+        FILE *file = fopen(path_of("raw"), "rb");
+        assert_non_null(file);
+        assert_true(fread(planes, sizeof(float), 4 * WIDTH * HEIGHT, file) >= 3 * WIDTH * HEIGHT);
+        fclose(file);
+        /* planes: green, blue, red; of the layer: Y, Z, X */
+        const float *seen = layer ? planes + WIDTH * HEIGHT : planes + 2 * WIDTH * HEIGHT;
+        assert_memory_equal(seen, layer ? nz : r, sizeof(float) * WIDTH * HEIGHT);
+    }
+    free(r), free(nz);
+}
+
+static void test_wrong_requests(void **state) {
+    (void)state;
+    Options options = options_default();
+    Error error = {0};
+    options.run.path = path_of("patch.states");
+    options.quiet = true;
+    options.output = path_of("film.mp4");
+    options.clear = true;
+    assert_int_equal(command_render(&options, &error), EXIT_USAGE);
+    options.output = path_of("%04d.exr");
+    options.jobs = 2;
+    error = (Error){0};
+    assert_int_equal(command_render(&options, &error), EXIT_USAGE);
+}
+
+static int set_up(void **state) {
+    (void)state;
+    Error error = {0};
+    bool good = mkdtemp(folder) != NULL &&
+                render_states_write("patch", path_of("patch.states"), 0, 1, 9, NULL, true, &error);
+    return good ? 0 : 1;
+}
+
+static int tear_down(void **state) {
+    (void)state;
+    char command[128];
+    snprintf(command, sizeof command, "rm -r %s", folder);
+    return system(command);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_geometry),       cmocka_unit_test(test_light),
+        cmocka_unit_test(test_alpha),          cmocka_unit_test(test_other_reader),
+        cmocka_unit_test(test_wrong_requests),
+    };
+    return cmocka_run_group_tests(tests, set_up, tear_down);
+}
