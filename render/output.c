@@ -248,7 +248,8 @@ bool output_write(Output *output, int frame, const Image *image, uint64_t key, E
 
 bool output_write_exr(Output *output, int frame, const ExrPicture *picture, uint64_t key,
                       Error *error) {
-    return write_file(output, frame, key, NULL, picture, error);
+    Image none = {0};
+    return write_file(output, frame, key, &none, picture, error);
 }
 
 static void stop_encoder(Output *output) {
