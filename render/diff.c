@@ -1,5 +1,6 @@
 /* Rows of pictures and bytes, verdicts, and which pictures are kept. */
 #include "render/diff.h"
+#include "render/image_exr.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -85,8 +86,16 @@ static void count_steps(const Image *a, const Image *b, double step, DiffRow *ro
     row->value[DIFF_SHARE] = (double)over / (double)pixels;
 }
 
-static void compare_images(Diff *diff, DiffItem *item, int frame, Image *a, Image *b) {
+/* What 8 bits would not show: the largest difference at the depth of the files; NAN: they have no more. */
+static double compare_deep(const char *a, const char *b) {
+    double largest = NAN;
+    bool deep = a && b && (exr_compare(a, b, &largest) || image_compare_png16(a, b, &largest));
+    return deep ? largest : NAN;
+}
+
+static void compare_images(Diff *diff, DiffItem *item, int frame, double deep, Image *a, Image *b) {
     DiffRow *row = diff_add_row(diff, item, frame);
+    row->value[DIFF_DEEP] = deep;
     DiffGate gate = diff_rules_gate(&diff->def.rules, item->name);
     bool clear_a = premultiply(a), clear_b = premultiply(b);
     ImageDifference d = image_compare(a, b);
@@ -146,7 +155,7 @@ typedef struct Watcher {
 } Watcher;
 
 /* Both pictures are there: compares and frees them. */
-static void compare_pair(Diff *diff, DiffItem *item, int frame, Image *a, Image *b,
+static void compare_pair(Diff *diff, DiffItem *item, int frame, double deep, Image *a, Image *b,
                          Watcher *watcher) {
     if (a->width != b->width || a->height != b->height) {
         if (!diff->def.resize) {
@@ -161,7 +170,7 @@ static void compare_pair(Diff *diff, DiffItem *item, int frame, Image *a, Image 
         }
     }
     if (!item->trouble[0]) {
-        compare_images(diff, item, frame, a, b);
+        compare_images(diff, item, frame, deep, a, b);
         watcher->stopped = !watcher->go_on(watcher->context, &diff->rows[diff->row_count - 1]);
         keep_worst(diff, item, diff->row_count - 1, a, b);
     }
@@ -177,7 +186,8 @@ static void compare_sources(Diff *diff, DiffItem *item, ImageSource *a, ImageSou
         VideoNext next_a = image_source_next(a, &image_a, &error);
         VideoNext next_b = image_source_next(b, &image_b, &error);
         if (next_a == VIDEO_PICTURE && next_b == VIDEO_PICTURE) {
-            compare_pair(diff, item, frame, &image_a, &image_b, watcher);
+            double deep = compare_deep(image_source_file(a), image_source_file(b));
+            compare_pair(diff, item, frame, deep, &image_a, &image_b, watcher);
             continue;
         }
         image_free(&image_a);

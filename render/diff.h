@@ -25,6 +25,7 @@ typedef enum DiffMetricKind {
     DIFF_DRAPE,    /* [points] difference of the drape coefficients at the end */
     DIFF_NODES,    /* difference of the numbers of folds */
     DIFF_OUTLINE,  /* Hausdorff distance of the outlines over the radius of the specimen */
+    DIFF_DEEP, /* largest difference at the depth of the files: 16-bit PNG 0..1, EXR as it stands */
     DIFF_METRIC_COUNT
 } DiffMetricKind;
 

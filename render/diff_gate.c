@@ -25,6 +25,8 @@ const DiffMetric diff_metrics[DIFF_METRIC_COUNT] = {
     {"nodes", "folds at the end of the runs: how many more or fewer", "", 1, false},
     {"outline", "outlines at the end of the runs: Hausdorff distance over the specimen's radius",
      "%", 100, false},
+    {"deep", "largest difference of a channel at full depth: 16-bit PNG of 1, EXR as it stands", "",
+     1, false},
 };
 
 #define NO NAN
@@ -32,21 +34,21 @@ const DiffMetric diff_metrics[DIFF_METRIC_COUNT] = {
 const DiffProfile diff_profiles[] = {
     {"exact",
      "the same bits: same machine and build, any number of threads",
-     {{0, NO, NO, NO, NO, NO, NO, NO, 0, NO, NO, NO, NO}, IMAGE_STEP}},
+     {{0, NO, NO, NO, NO, NO, NO, NO, 0, NO, NO, NO, NO, 0}, IMAGE_STEP}},
     {"golden",
      "a stored result on another processor",
      {{NO, IMAGE_GATE_SHARE, IMAGE_GATE_MEAN, IMAGE_GATE_PSNR, IMAGE_GATE_SSIM, NO, NO, NO, 1e-9,
-       NO, NO, NO, NO},
+       NO, NO, NO, NO, NO},
       IMAGE_STEP}},
     {"lossy",
      "a decoded video against its pictures",
-     {{NO, NO, NO, 38, 0.97, NO, NO, NO, 1e-6, NO, NO, NO, NO}, IMAGE_STEP}},
+     {{NO, NO, NO, 38, 0.97, NO, NO, NO, 1e-6, NO, NO, NO, NO, NO}, IMAGE_STEP}},
     {"look",
      "another density, other samples a pixel, another model",
-     {{NO, NO, NO, NO, 0.95, NO, NO, 0.99, NO, 1e-3, NO, NO, NO}, IMAGE_STEP}},
+     {{NO, NO, NO, NO, 0.95, NO, NO, 0.99, NO, 1e-3, NO, NO, NO, NO}, IMAGE_STEP}},
     {"geometry",
      "runs of other models or meshes: the drape at the end, not each vertex",
-     {{NO, NO, NO, NO, NO, NO, NO, NO, NO, NO, 0.5, 0, 0.01}, IMAGE_STEP}},
+     {{NO, NO, NO, NO, NO, NO, NO, NO, NO, NO, 0.5, 0, 0.01, NO}, IMAGE_STEP}},
 };
 const int diff_profile_count = sizeof diff_profiles / sizeof diff_profiles[0];
 

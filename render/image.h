@@ -39,6 +39,10 @@ bool image_read_png(const char *path, Image *image, Error *error);
  * such file, or it is no PNG. */
 bool image_read_png_text(const char *path, const char *key, char *text, int size);
 
+/* The largest difference of two 16-bit PNG files in any channel, 0..1. False: one is none, or sizes
+ * differ. */
+bool image_compare_png16(const char *a, const char *b, double *largest);
+
 void image_print_versions(FILE *out); /* of libpng, one line */
 
 /* ---- differences (recipe of the golden pictures) ---- */

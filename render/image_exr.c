@@ -1,6 +1,7 @@
 #include "render/image_exr.h"
 
 #include <OpenEXR/openexr.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -158,6 +159,125 @@ bool exr_read_text(const char *path, const char *key, char *text, int size) {
     }
     if (file) {
         exr_finish(&file);
+    }
+    return good;
+}
+
+/* ---- reading, to compare ---- */
+
+#define MOST_SIDE 65536 /* [px] larger files only eat memory */
+
+typedef struct Reader {
+    exr_context_t file;
+    int width, height;
+    const exr_attr_chlist_t *channels;
+} Reader;
+
+static bool open_reader(Reader *reader, const char *path) {
+    exr_context_initializer_t init = initializer();
+    exr_storage_t storage;
+    exr_attr_box2i_t window;
+    *reader = (Reader){0};
+    if (exr_start_read(&reader->file, path, &init) != EXR_ERR_SUCCESS ||
+        exr_get_storage(reader->file, 0, &storage) != EXR_ERR_SUCCESS ||
+        storage != EXR_STORAGE_SCANLINE ||
+        exr_get_data_window(reader->file, 0, &window) != EXR_ERR_SUCCESS ||
+        exr_get_channels(reader->file, 0, &reader->channels) != EXR_ERR_SUCCESS) {
+        return false;
+    }
+    reader->width = window.max.x - window.min.x + 1;
+    reader->height = window.max.y - window.min.y + 1;
+    return reader->width > 0 && reader->height > 0 && reader->width <= MOST_SIDE &&
+           reader->height <= MOST_SIDE;
+}
+
+static void aim(exr_decode_pipeline_t *decoder, const char *name, const Reader *reader, int row,
+                float *values) {
+    for (int c = 0; c < decoder->channel_count; c++) {
+        exr_coding_channel_info_t *channel = &decoder->channels[c];
+        bool wanted = strcmp(channel->channel_name, name) == 0;
+        channel->decode_to_ptr =
+            wanted ? (uint8_t *)(values + (size_t)row * (size_t)reader->width) : NULL;
+        channel->user_pixel_stride = 4;
+        channel->user_line_stride = 4 * reader->width;
+        channel->user_bytes_per_element = 4;
+        channel->user_data_type = EXR_PIXEL_FLOAT;
+    }
+}
+
+/* One channel as floats (height x width). */
+static bool read_channel(const Reader *reader, const char *name, float *values) {
+    exr_decode_pipeline_t decoder = EXR_DECODE_PIPELINE_INITIALIZER;
+    exr_attr_box2i_t window;
+    int32_t step = 0;
+    exr_result_t code = exr_get_scanlines_per_chunk(reader->file, 0, &step);
+    code = code == EXR_ERR_SUCCESS ? exr_get_data_window(reader->file, 0, &window) : code;
+    for (int row = 0; code == EXR_ERR_SUCCESS && step > 0 && row < reader->height; row += step) {
+        exr_chunk_info_t chunk;
+        code = exr_read_scanline_chunk_info(reader->file, 0, window.min.y + row, &chunk);
+        if (code == EXR_ERR_SUCCESS) {
+            code = row == 0 ? exr_decoding_initialize(reader->file, 0, &chunk, &decoder)
+                            : exr_decoding_update(reader->file, 0, &chunk, &decoder);
+        }
+        if (code == EXR_ERR_SUCCESS) {
+            aim(&decoder, name, reader, row, values);
+            code = row == 0 ? exr_decoding_choose_default_routines(reader->file, 0, &decoder)
+                            : EXR_ERR_SUCCESS;
+        }
+        code = code == EXR_ERR_SUCCESS ? exr_decoding_run(reader->file, 0, &decoder) : code;
+    }
+    exr_decoding_destroy(reader->file, &decoder);
+    return code == EXR_ERR_SUCCESS && step > 0;
+}
+
+static bool same_shape(const Reader *a, const Reader *b) {
+    bool same = a->width == b->width && a->height == b->height &&
+                a->channels->num_channels == b->channels->num_channels;
+    for (int i = 0; same && i < a->channels->num_channels; i++) {
+        const exr_attr_chlist_entry_t *p = &a->channels->entries[i], *q = &b->channels->entries[i];
+        same = strcmp(p->name.str, q->name.str) == 0 && p->x_sampling == 1 && p->y_sampling == 1 &&
+               q->x_sampling == 1 && q->y_sampling == 1;
+    }
+    return same;
+}
+
+static double difference(float a, float b) {
+    if (a == b || (isnan(a) && isnan(b))) {
+        return 0.0;
+    }
+    return isfinite(a) && isfinite(b) ? fabs((double)a - (double)b) : INFINITY;
+}
+
+static bool compare_channels(const Reader *a, const Reader *b, double *largest) {
+    size_t count = (size_t)a->width * (size_t)a->height;
+    float *of_a = calloc(count, sizeof *of_a), *of_b = calloc(count, sizeof *of_b);
+    bool good = of_a && of_b;
+    *largest = 0.0;
+    for (int c = 0; good && c < a->channels->num_channels; c++) {
+        const char *name = a->channels->entries[c].name.str;
+        good = read_channel(a, name, of_a) && read_channel(b, name, of_b);
+        for (size_t i = 0; good && i < count; i++) {
+            *largest = fmax(*largest, difference(of_a[i], of_b[i]));
+        }
+    }
+    free(of_a);
+    free(of_b);
+    return good;
+}
+
+bool exr_compare(const char *path_a, const char *path_b, double *largest) {
+    Reader a, b = {0};
+    bool good = open_reader(&a, path_a) && open_reader(&b, path_b);
+    if (good && !same_shape(&a, &b)) {
+        *largest = INFINITY;
+    } else if (good) {
+        good = compare_channels(&a, &b, largest);
+    }
+    if (a.file) {
+        exr_finish(&a.file);
+    }
+    if (b.file) {
+        exr_finish(&b.file);
     }
     return good;
 }

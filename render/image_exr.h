@@ -31,6 +31,10 @@ bool exr_write(const char *path, const ExrPicture *picture, const ImageText *tex
 /* The value of a string attribute into text (size bytes); false if there is none or it is no EXR. */
 bool exr_read_text(const char *path, const char *key, char *text, int size);
 
+/* The largest difference of two files in any channel, in the numbers that stand there; INFINITY when
+ * their channels or sizes differ or a number is finite in one alone. False: one is no EXR of whole lines. */
+bool exr_compare(const char *a, const char *b, double *largest);
+
 void exr_print_versions(FILE *out); /* of OpenEXR, one line */
 
 #endif

@@ -131,6 +131,10 @@ bool image_source_open(ImageSource *source, const char *path, Error *error) {
     return good;
 }
 
+const char *image_source_file(const ImageSource *source) {
+    return source->video || source->next == 0 ? NULL : source->files[source->next - 1];
+}
+
 VideoNext image_source_next(ImageSource *source, Image *image, Error *error) {
     if (source->video) {
         VideoNext next = video_next(source->video, image, error);

@@ -23,6 +23,8 @@ typedef struct ImageSource {
 /* Errors: EXIT_MISSING_INPUT, EXIT_BAD_INPUT, EXIT_USAGE. */
 bool image_source_open(ImageSource *source, const char *path, Error *error);
 VideoNext image_source_next(ImageSource *source, Image *image, Error *error);
+/* The file of the last picture; NULL out of a video. */
+const char *image_source_file(const ImageSource *source);
 void image_source_close(ImageSource *source);
 
 /* Reads one picture of any kind as it is meant to be seen (EXIF turns are carried out). */

@@ -70,8 +70,8 @@ for target in $only; do
         run state 65536 || bad=1
         ;;
     picture)
-        build picture "-lavfilter -lavformat -lavcodec -lswscale -lavutil -lpng -lxxhash -lm" sim/base/*.c \
-            render/video.c render/image*.c render/diff_gate.c render/file.c
+        build picture "-lOpenEXRCore-3_1 -lavfilter -lavformat -lavcodec -lswscale -lavutil -lpng -lxxhash -lm" sim/base/*.c \
+            render/video.c $(ls render/image*.c) render/diff_gate.c render/file.c
         # small pictures of each kind; the first byte says which
         size=32x24
         ffmpeg -nostdin -v error -y -f lavfi -i testsrc2=size=$size:rate=2:duration=1 "$out/small.mp4"

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include "render/diff.h"
+#include "render/image_exr.h"
 #include "render/image_source.h"
 #include "tests/support/check.h"
 #include "tests/support/drapes.h"
@@ -310,6 +311,39 @@ static double last_number(const char *key) {
     return atof(found + 1);
 }
 
+/* Files that hold more than 8 bits are the same only when all of it is. */
+static void test_deep_files(void **unused) {
+    (void)unused;
+    ExrPicture picture = exr_create(40, 30);
+    for (int i = 0; i < 40 * 30; i++) {
+        picture.rgba[4 * i] = picture.rgba[4 * i + 3] = 0.5f;
+        picture.depth[i] = 2.0f;
+        picture.id[i] = 7;
+    }
+    assert_true(exr_write(in_folder("deep-a.exr"), &picture, NULL, 0, NULL));
+    picture.depth[777] += 0.25f; /* no colour changes */
+    assert_true(exr_write(in_folder("deep-b.exr"), &picture, NULL, 0, NULL));
+    assert_int_equal(diff("deep-a.exr deep-a.exr --profile exact"), EXIT_OK);
+    assert_int_equal(diff("deep-a.exr deep-b.exr"), EXIT_OK); /* golden asks for what is seen */
+    assert_int_equal(diff("deep-a.exr deep-b.exr --profile exact --json"), EXIT_DIFFERS);
+    assert_true(last_number("\"deep\"") == 0.25);
+    picture.depth[777] = INFINITY;
+    assert_true(exr_write(in_folder("deep-b.exr"), &picture, NULL, 0, NULL));
+    assert_int_equal(diff("deep-a.exr deep-b.exr --profile exact"), EXIT_DIFFERS);
+    exr_free(&picture);
+    /* 16-bit PNG, one step of 65535 apart: the same in 8 bits */
+    assert_int_equal(
+        shell("ffmpeg -nostdin -v error -y -f lavfi -i color=gray:size=40x30 -frames:v 1 "
+              "-vf format=rgb48be,geq=r=20000:g=20000:b=20000 deep-a.png; "
+              "ffmpeg -nostdin -v error -y -f lavfi -i color=gray:size=40x30 -frames:v 1 "
+              "-vf format=rgb48be,geq=r=20001:g=20000:b=20000 deep-b.png"),
+        0);
+    assert_int_equal(diff("deep-a.png deep-a.png --profile exact"), EXIT_OK);
+    assert_int_equal(diff("deep-a.png deep-b.png"), EXIT_OK);
+    assert_int_equal(diff("deep-a.png deep-b.png --profile exact --json"), EXIT_DIFFERS);
+    assert_true(fabs(last_number("\"deep\"") - 1 / 65535.0) < 1e-7);
+}
+
 static void write_drape(const char *name, double mean, int folds, int rings) {
     DrapeShape shape = drape_shape_default();
     shape.a[6] = 0;
@@ -468,13 +502,21 @@ int main(int argc, char **argv) {
     image_free(&small);
     image_free(&black);
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_ffmpeg_agrees),   cmocka_unit_test(test_flip_agrees),
-        cmocka_unit_test(test_profiles),        cmocka_unit_test(test_thresholds),
-        cmocka_unit_test(test_sizes_and_alpha), cmocka_unit_test(test_videos),
-        cmocka_unit_test(test_picture_formats), cmocka_unit_test(test_folders),
-        cmocka_unit_test(test_states),          cmocka_unit_test(test_geometry),
-        cmocka_unit_test(test_reports),         cmocka_unit_test(test_page),
-        cmocka_unit_test(test_update),          cmocka_unit_test(test_snippets),
+        cmocka_unit_test(test_ffmpeg_agrees),
+        cmocka_unit_test(test_flip_agrees),
+        cmocka_unit_test(test_profiles),
+        cmocka_unit_test(test_thresholds),
+        cmocka_unit_test(test_sizes_and_alpha),
+        cmocka_unit_test(test_videos),
+        cmocka_unit_test(test_picture_formats),
+        cmocka_unit_test(test_folders),
+        cmocka_unit_test(test_states),
+        cmocka_unit_test(test_geometry),
+        cmocka_unit_test(test_deep_files),
+        cmocka_unit_test(test_reports),
+        cmocka_unit_test(test_page),
+        cmocka_unit_test(test_update),
+        cmocka_unit_test(test_snippets),
     };
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
     char command[4200];
