@@ -39,6 +39,15 @@ bool sim_create(Sim *sim, const Scene *scene, const SimOptions *options, Error *
         sim_destroy(sim);
         return false;
     }
+    if (sim->system.history_count > 0 && !sim->stepper->history) {
+        error_set(error, EXIT_BAD_INPUT,
+                  "%s: stepper '%s' does not follow the path that 'hysteresis' remembers; use "
+                  "central, bdf2 or backward_euler",
+                  scene->path, sim->stepper->name);
+        sim->stepper = NULL;
+        sim_destroy(sim);
+        return false;
+    }
     if (sim->stepper->implicit && scene->air.normal_drag > 0.0) {
         error_set(error, EXIT_BAD_INPUT,
                   "%s: 'air: normal_drag' needs the stepper central; %s was chosen, since %s",
@@ -184,7 +193,7 @@ typedef struct Kept {
     int64_t count;
 } Kept;
 
-enum { KEPT_COUNT = 11 };
+enum { KEPT_COUNT = 12 };
 /* the states file keeps a PairMemory as so many doubles, bit by bit */
 #define PAIR_DOUBLES ((int64_t)(sizeof(PairMemory) / sizeof(double)))
 
@@ -206,6 +215,7 @@ static void list_kept(const Sim *sim, Kept kept[KEPT_COUNT]) {
         {"step.shrink", (double *)&s->contact.shrink, 1},
         {"step.clocks", s->contact.clocks, obstacles},
         {"step.bristles", s->contact.bristles, places * obstacles},
+        {"step.history", s->history, sim->system.history_count},
     };
     memcpy(kept, all, sizeof all);
 }

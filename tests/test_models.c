@@ -49,6 +49,10 @@ static void make_cases(void) {
     ClothDef triangles = cloths_rectangle(0.09, 0.1, 7, 6, f);
     triangles.membrane = MEMBRANE_TRIANGLES;
     add_case("strain of triangles", triangles, 1);
+    ClothDef yarns = cloths_rectangle(0.09, 0.1, 7, 6, f);
+    yarns.hysteresis = true;
+    yarns.fabric.bend_hysteresis.value = 1e-3;
+    add_case("hysteresis", yarns, 1);
     add_case("square cells", cloths_rectangle(0.09, 0.075, 7, 6, f), 0);
 }
 
@@ -156,6 +160,7 @@ static double gradient_error(const Fixture *f, Arena *arena, double step) {
 /* two steps: springs have kinks in their force, which one step may meet and hardly both */
 static void gradient_case(const Case *c, const ClothModel *model) {
     Fixture f = fixture(c, model, 2e-3);
+    model = f.cloth.model;
     double coarse = gradient_error(&f, &f.arena, 1e-6);
     double fine = gradient_error(&f, &f.arena, 1e-7);
     CHECK_AT_MOST(fmin(coarse, fine), 1e-7);
@@ -182,7 +187,7 @@ static Exact exactness(const Case *c, const ClothModel *model) {
         (strains && c->def.kinematics != KINEMATICS_GREEN)) {
         return NOT_EXACT;
     }
-    return turns || c->def.shape.rest_curved ? EXACT_AT_REST : EXACT;
+    return turns || c->def.hysteresis || c->def.shape.rest_curved ? EXACT_AT_REST : EXACT;
 }
 
 /* K d from the assembled matrix against differences of the gradient, for solved nodes */
@@ -192,8 +197,11 @@ static void hessian_case(const Case *c, const ClothModel *model) {
         return;
     }
     Case straight = *c; /* the stiffness of yarns has a kink at rest */
-    straight.def.fabric.bend_hysteresis.value = straight.def.fabric.shear_hysteresis.value = 0.0;
+    if (!c->def.hysteresis) {
+        straight.def.fabric.bend_hysteresis.value = straight.def.fabric.shear_hysteresis.value = 0;
+    }
     Fixture f = fixture(&straight, model, exact == EXACT_AT_REST ? 0.0 : 2e-3);
+    model = f.cloth.model; /* with friction, if it has any */
     int n = 3 * f.places, pair_count = model->couple(&f.cloth, NULL);
     int *pairs = malloc(2 * (size_t)pair_count * sizeof *pairs);
     model->couple(&f.cloth, pairs);
@@ -231,6 +239,7 @@ static void test_hessian(void **unused) {
 /* rigid motion changes neither energy nor the size of forces; no net force, no net torque */
 static void rigid_case(const Case *c, const ClothModel *model) {
     Fixture f = fixture(c, model, 2e-3);
+    model = f.cloth.model;
     int n = 3 * f.places;
     double *g = arena_push(&f.arena, double, n), *h = arena_push(&f.arena, double, n);
     double *y = arena_push(&f.arena, double, n);
@@ -270,6 +279,7 @@ static void rest_case(const Case *c, const ClothModel *model) {
         return;
     }
     Fixture f = fixture(c, model, 0.0);
+    model = f.cloth.model;
     int n = 3 * f.places;
     double *g = arena_push(&f.arena, double, n);
     model->add_gradient(&f.cloth, f.x, g);
@@ -293,6 +303,7 @@ static void membrane_case(const Case *c, const ClothModel *model) {
     Case straight = *c; /* curves of yarns start as lines */
     straight.def.fabric.shear_hysteresis.value = 0.0;
     Fixture f = fixture(&straight, model, 0.0);
+    model = f.cloth.model;
     const Material *m = &f.cloth.material;
     double *y = arena_push(&f.arena, double, 3 * f.places), e = 1e-5;
     const double strains[5][3] = {{1, 0, 0}, {0, 1, 0}, {1, 1, 0}, {1, -1, 0}, {0, 0, 1}};
@@ -345,6 +356,7 @@ static void sweep_setup(const Fixture *f, Arena *arena, Lanes *lanes, SweepLatti
  * kernel and however the rows are cut */
 static void sweep_case(const Case *c, const ClothModel *model) {
     Fixture f = fixture(c, model, 2e-3);
+    model = f.cloth.model;
     if (!f.cloth.lattice) {
         arena_free(&f.arena);
         return;

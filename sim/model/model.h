@@ -28,13 +28,16 @@ typedef struct Cloth {
     Material material;
     BendingKind bending; /* never auto */
     int node_count, ghost_count;
-    const Ghost *ghosts;         /* (ghost_count) */
-    bool clamp[4];               /* lattice borders with prescribed slope */
-    double *mass;                /* [kg] (node_count) lumped */
-    int strain_count;            /* numbers in a stress state of add_hessian */
-    const SweepLattice *lattice; /* explicit sweep (first slot not set); NULL: none */
-    void *data;                  /* of the model */
-    const char *note;            /* what the model cannot have of this fabric; NULL: nothing */
+    const Ghost *ghosts;           /* (ghost_count) */
+    bool clamp[4];                 /* lattice borders with prescribed slope */
+    double *mass;                  /* [kg] (node_count) lumped */
+    int strain_count;              /* numbers in a stress state of add_hessian */
+    const SweepLattice *lattice;   /* explicit sweep (first slot not set); NULL: none */
+    void *data;                    /* of the model */
+    struct YarnFriction *friction; /* NULL: the cloth is elastic */
+    int history_count;
+    double *history;  /* (history_count) of accepted steps; see commit */
+    const char *note; /* what the model cannot have of this fabric; NULL: nothing */
 } Cloth;
 
 struct ClothModel {
@@ -69,7 +72,8 @@ struct ClothModel {
     void (*bind_hessian)(Cloth *cloth, const BlockMatrix *matrix, int first, Arena *arena);
     /* [s] largest stable explicit step. */
     double (*stable_step)(const Cloth *cloth);
-    /* History of accepted steps; NULL: the model has none. */
+    /* x is accepted: changes cloth->history, which energy and forces depend on; NULL: the model has
+     * none. */
     void (*commit)(Cloth *cloth, const double *x);
 };
 

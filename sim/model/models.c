@@ -2,6 +2,7 @@
 #include <string.h>
 
 #include "sim/model/model.h"
+#include "sim/model/yarn_friction.h"
 
 /* one line a model */
 #define MODELS(MODEL) MODEL(mlpg) MODEL(springs) MODEL(triangles) MODEL(particles)
@@ -143,7 +144,8 @@ bool cloth_create(Cloth *cloth, const ClothDef *def, const HandleDef *handles, i
     } else {
         scattered_ghosts(cloth, handles, handle_count, arena);
     }
-    return cloth->model->create(cloth, arena, error);
+    return cloth->model->create(cloth, arena, error) &&
+           (!def->hysteresis || yarn_friction_attach(cloth, arena, error));
 }
 
 void cloth_start(const Cloth *cloth, double *x) {

@@ -58,10 +58,13 @@ static void create_curves(const Cloth *cloth, ThreadUnits *u) {
     const Material *m = &cloth->material;
     double mean = 0.5 * (m->d11 + m->d22), rigidity[2] = {m->d11, m->d22};
     for (int axis = 0; axis < 2; axis++) {
-        double step = 0.5 * f->bend_hysteresis.value * rigidity[axis] / mean;
+        /* with hysteresis the friction of yarns is not in the curve */
+        double share = cloth->def->hysteresis ? 0.0 : 0.5 * rigidity[axis] / mean;
+        double step = share * f->bend_hysteresis.value;
         u->bend[axis] = (YarnCurve){rigidity[axis], step, f->bend_onset.value};
     }
-    YarnCurve shear = {m->c66, 0.5 * f->shear_hysteresis.value, SHEAR_ONSET};
+    double shear_step = cloth->def->hysteresis ? 0.0 : 0.5 * f->shear_hysteresis.value;
+    YarnCurve shear = {m->c66, shear_step, SHEAR_ONSET};
     u->trellis = trellis_curve(shear, STIFFEST_SHEAR * fmax(m->c11, m->c22));
 }
 

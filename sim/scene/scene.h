@@ -98,6 +98,7 @@ typedef struct ClothDef {
                                bending at the 10 Hz of falling folds) */
     KinematicsKind kinematics; /* green */
     BendingKind bending;       /* auto */
+    bool hysteresis;           /* yarns stick and slip, by 2HB and 2HG of the fabric; false */
     BuckleKind buckling;       /* of model springs; elastica */
     MembraneKind membrane;     /* of model triangles; auto */
 } ClothDef;

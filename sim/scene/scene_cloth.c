@@ -217,6 +217,8 @@ static const Field cloth_fields[] = {
     {"kinematics", FIELD_WORD, AT(kinematics), .words = kinematics_words, .help = "strain"},
     {"bending", FIELD_WORD, AT(bending), .words = bending_words,
      .help = "curvature; each model knows some of these"},
+    {"hysteresis", FIELD_BOOL, AT(hysteresis),
+     .help = "yarns stick and slip, so that bends and shears stay in part; lattices"},
     {"buckling", FIELD_WORD, AT(buckling), .words = buckle_words,
      .help = "how springs give way in compression"},
     {"membrane", FIELD_WORD, AT(membrane), .words = membrane_words,

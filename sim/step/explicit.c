@@ -170,6 +170,9 @@ static void add_model_force(Explicit *e, int c,
             e->x[3 * i + a] = e->lanes.x[a][e->slot[first + i]];
         }
     }
+    if (cloth->model->commit) { /* every step of an interval counts */
+        cloth->model->commit(&e->system->cloths[c], e->x);
+    }
     add(cloth, e->x, e->gradient);
     for (int i = 0; i < count; i++) {
         for (int a = 0; a < 3; a++) {
@@ -478,6 +481,7 @@ static void store(Explicit *e, State *state, double time_end) {
     gather(e, e->lanes.x, state->x);
     gather(e, e->lanes.v, state->v);
     state->time = time_end;
+    system_store_history(e->system, state);
     for (int i = 0; i < e->system->place_count; i++) {
         for (int a = 0; a < 3 && e->held[i]; a++) {
             /* the kick at the end does not move a handle */
@@ -502,6 +506,7 @@ static void mark_held(Explicit *e, double time) {
 ExplicitResult explicit_interval(Explicit *e, const ExplicitRun *run, State *state) {
     ExplicitResult result = {.contact = {.smallest_gap = INFINITY, .smallest_self_gap = INFINITY}};
     load(e, state);
+    system_load_history(e->system, state);
     mark_held(e, state->time);
     e->air_work = 0.0;
     set_damping(e, run);

@@ -320,12 +320,14 @@ static bool advance(const System *system, void *data, State *state, double time_
     int steps = (int)fmax(1.0, ceil(fmax(interval / wished, turns) - 1e-9));
     int halvings = 0, good_steps = 0;
     double dt = interval / steps;
+    system_load_history(system, state);
     while (steps > 0) {
         if (step_interrupted) {
             return error_set(error, EXIT_INTERRUPTED, "interrupted");
         }
         statistics->step_length = dt;
         if (step(t, system, state, dt, halvings, statistics)) {
+            system_commit(system, state);
             steps--;
             if (++good_steps >= GOOD_STEPS && halvings > 0 && steps % 2 == 0) {
                 dt *= 2.0, steps /= 2, halvings--, good_steps = 0;
@@ -351,6 +353,7 @@ const Stepper stepper_bdf2 = {
     .name = "bdf2",
     .about = "second-order backward differences, two mixed-point Newton iterations a step",
     .implicit = true,
+    .history = true,
     .create = create_bdf2,
     .advance = advance,
     .destroy = destroy,
@@ -360,6 +363,7 @@ const Stepper stepper_backward_euler = {
     .name = "backward_euler",
     .about = "first order, strongly damping; mixed-point Newton",
     .implicit = true,
+    .history = true,
     .create = create_backward_euler,
     .advance = advance,
     .destroy = destroy,

@@ -34,6 +34,7 @@ static bool create_cloths(System *system, uint64_t seed, Error *error) {
         }
         system->first[c + 1] = system->first[c] + cloth->node_count + cloth->ghost_count;
         system->node_count += cloth->node_count;
+        system->history_count += cloth->history_count;
     }
     system->place_count = system->first[scene->cloth_count];
     return true;
@@ -248,6 +249,7 @@ State state_allocate(const System *system, Arena *arena) {
                    .v = arena_push(arena, double, n),
                    .x_before = arena_push(arena, double, n),
                    .v_before = arena_push(arena, double, n),
+                   .history = arena_push(arena, double, system->history_count),
                    .contact = {.poses = arena_push(arena, Pose, o),
                                .clocks = arena_push(arena, double, o),
                                .bristles = arena_push(arena, double, n *o),
@@ -260,6 +262,7 @@ void state_copy(const System *system, State *to, const State *from) {
     to->time = from->time;
     to->step_before = from->step_before;
     to->calm = from->calm;
+    memcpy(to->history, from->history, (size_t)system->history_count * sizeof *to->history);
     memcpy(to->x, from->x, n * sizeof *to->x);
     memcpy(to->v, from->v, n * sizeof *to->v);
     memcpy(to->x_before, from->x_before, n * sizeof *to->x);
@@ -278,6 +281,7 @@ void state_copy(const System *system, State *to, const State *from) {
 
 void state_start(const System *system, State *state) {
     state->time = state->step_before = state->calm = 0.0;
+    memset(state->history, 0, (size_t)system->history_count * sizeof *state->history);
     for (int c = 0; c < system->cloth_count; c++) {
         const Cloth *cloth = &system->cloths[c];
         double *x = state->x + 3 * (size_t)system->first[c];
@@ -296,6 +300,38 @@ void state_start(const System *system, State *state) {
             memset(state->v + 3 * (size_t)system->handles[h].places[i], 0, 3 * sizeof(double));
         }
     }
+}
+
+void system_load_history(const System *system, const State *state) {
+    const double *from = state->history;
+    for (int c = 0; c < system->cloth_count; c++) {
+        int count = system->cloths[c].history_count;
+        if (count > 0) {
+            memcpy(system->cloths[c].history, from, (size_t)count * sizeof *from);
+        }
+        from += count;
+    }
+}
+
+void system_store_history(const System *system, State *state) {
+    double *to = state->history;
+    for (int c = 0; c < system->cloth_count; c++) {
+        int count = system->cloths[c].history_count;
+        if (count > 0) {
+            memcpy(to, system->cloths[c].history, (size_t)count * sizeof *to);
+        }
+        to += count;
+    }
+}
+
+void system_commit(const System *system, State *state) {
+    for (int c = 0; c < system->cloth_count && system->history_count > 0; c++) {
+        Cloth *cloth = &system->cloths[c];
+        if (cloth->model->commit) {
+            cloth->model->commit(cloth, state->x + 3 * (size_t)system->first[c]);
+        }
+    }
+    system_store_history(system, state);
 }
 
 void system_mark_held(const System *system, double time, unsigned char *held) {

@@ -26,6 +26,7 @@ typedef struct System {
     Cloth *cloths;      /* (cloth_count) */
     int *first;         /* (cloth_count + 1) first place of each cloth */
     Handle *handles;    /* (handle_count) */
+    int history_count;  /* of all cloths */
     double *mass;       /* [kg] (place_count); 0 for ghosts */
     double *area;       /* [m2] (place_count) */
     double *damping;    /* [1/s] (place_count) mass damping of the cloth plus drag / density */
@@ -50,6 +51,7 @@ typedef struct State {
     double *x_before; /* BDF2: one step earlier; valid when step_before > 0 */
     double *v_before;
     double step_before; /* [s] length of the last implicit step; 0: none yet */
+    double *history;    /* (system.history_count) of the cloths, one after the other */
     double calm;        /* [s] for which nothing has moved; explicit cloth then sleeps */
     ContactMemory contact;
 } State;
@@ -79,6 +81,12 @@ State state_allocate(const System *system, Arena *arena);
 void state_copy(const System *system, State *to, const State *from);
 /* Start of the scene: positions, velocities, obstacles at t = 0. */
 void state_start(const System *system, State *state);
+
+/* The history of a state becomes that of the cloths, which forces depend on; and back. */
+void system_load_history(const System *system, const State *state);
+void system_store_history(const System *system, State *state);
+/* The positions of the state are accepted: its history, and that of the cloths, follow. */
+void system_commit(const System *system, State *state);
 
 /* Is some handle moving the place at `time`? 1 in held for every such place and every ghost. */
 void system_mark_held(const System *system, double time, unsigned char *held);
