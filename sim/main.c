@@ -12,9 +12,10 @@
 #include "sim/base/text.h"
 #include "sim/plan.h"
 #include "sim/scene/mesh_import.h"
+#include "sim/tester.h"
 
 typedef struct Arguments {
-    const char *program, *output;
+    const char *program, *output, *model;
     bool resume, force, json, quiet, effective;
     int frames; /* simulate only so many; 0 = all */
     SimOptions options;
@@ -40,11 +41,12 @@ static void print_usage(FILE *out) {
     fprintf(out, "usage: toile sim SCENE -o RUN   simulate a scene; writes RUN/run.states\n"
                  "       toile check SCENE        validate, print the plan and its cost\n"
                  "       toile fabrics [NAME]     list the fabrics, or show one\n"
+                 "       toile test bending|shear FABRIC   a virtual Kawabata tester; loop as CSV\n"
                  "       toile help scene         every key of the scene language\n"
                  "       toile help models        cloth models and steppers\n"
                  "       toile version            versions of toile and its libraries\n"
                  "options: -o RUN  --resume  --force  --frames N  --threads N  --seed N  --json\n"
-                 "         --effective  --quiet  --progress auto|json|none\n");
+                 "         --effective  --model NAME  --quiet  --progress auto|json|none\n");
 }
 
 static bool parse_number(const char *text, long least, long most, long *value) {
@@ -63,7 +65,8 @@ enum {
     OPT_JSON,
     OPT_QUIET,
     OPT_PROGRESS,
-    OPT_EFFECTIVE
+    OPT_EFFECTIVE,
+    OPT_MODEL
 };
 
 static const struct option long_options[] = {
@@ -77,6 +80,7 @@ static const struct option long_options[] = {
     {"quiet", no_argument, NULL, OPT_QUIET},
     {"progress", required_argument, NULL, OPT_PROGRESS},
     {"effective", no_argument, NULL, OPT_EFFECTIVE},
+    {"model", required_argument, NULL, OPT_MODEL},
     {0},
 };
 
@@ -97,6 +101,9 @@ static bool take_option(int option, Arguments *a) {
         return a->quiet = true;
     case OPT_EFFECTIVE:
         return a->effective = true;
+    case OPT_MODEL:
+        a->model = optarg;
+        return cloth_model_find(optarg) != NULL;
     case OPT_PROGRESS:
         return progress_parse(optarg, &a->progress);
     case OPT_FRAMES:
@@ -285,6 +292,16 @@ static int run_fabrics(const char *name, const Arguments *a) {
     return ok ? EXIT_OK : fail(&error);
 }
 
+static int run_test(const char *test, const char *fabric, const Arguments *a) {
+    Error error = {0};
+    if (!test || !fabric) {
+        return usage_error("test needs bending or shear, and a fabric", NULL);
+    }
+    bool ok = tester_print(test, fabric, a->model ? a->model : cloth_models[0]->name, a->json,
+                           stdout, &error);
+    return ok ? EXIT_OK : fail(&error);
+}
+
 static int run_help(const char *topic) {
     if (topic && strcmp(topic, "scene") == 0) {
         scene_print_reference(stdout);
@@ -308,9 +325,12 @@ static int run_version(void) {
     return EXIT_OK;
 }
 
-static int dispatch(const char *verb, const char *operand, int operand_count, const Arguments *a) {
-    static const char *const verbs[] = {"sim", "check", "fabrics", "help", "version", NULL};
-    int most = strcmp(verb, "version") == 0 ? 0 : 1;
+static int dispatch(const char *verb, char *const *operands, int operand_count,
+                    const Arguments *a) {
+    static const char *const verbs[] = {"sim", "check", "fabrics", "test", "help", "version", NULL};
+    const char *operand = operand_count > 0 ? operands[0] : NULL;
+    bool test = strcmp(verb, "test") == 0;
+    int most = strcmp(verb, "version") == 0 ? 0 : test ? 2 : 1;
     if (operand_count > most) {
         return usage_error("too many words after", verb);
     }
@@ -326,6 +346,9 @@ static int dispatch(const char *verb, const char *operand, int operand_count, co
     }
     if (strcmp(verb, "fabrics") == 0) {
         return run_fabrics(operand, a);
+    }
+    if (test) {
+        return run_test(operand, operand_count > 1 ? operands[1] : NULL, a);
     }
     if (strcmp(verb, "help") == 0) {
         return run_help(operand);
@@ -354,6 +377,5 @@ int main(int argc, char **argv) {
         print_usage(stderr);
         return EXIT_USAGE;
     }
-    const char *operand = optind + 1 < argc ? argv[optind + 1] : NULL;
-    return dispatch(argv[optind], operand, argc - optind - 2, &arguments);
+    return dispatch(argv[optind], argv + optind + 1, argc - optind - 1, &arguments);
 }

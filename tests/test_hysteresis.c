@@ -5,6 +5,7 @@
 #include "sim/model/yarn.h"
 #include "sim/model/yarn_friction.h"
 #include "sim/step/stepper.h"
+#include "sim/tester.h"
 #include "tests/support/check.h"
 #include "tests/support/cloths.h"
 #include "tests/support/strips.h"
@@ -65,135 +66,26 @@ static void test_potential(void **unused) {
 
 /* ---- virtual testers ---- */
 
-enum { SEGMENTS = 10 };
-
-/* 1 cm between walls, bent to a uniform curvature by turning them */
-static void bend(const Cloth *cloth, double turn, double *x) {
-    const Panel *p = &cloth->panel;
-    double h = p->h1, at[2] = {0, 0};
-    for (int i = -1; i <= p->nu; i++) {
-        for (int j = 0; j < p->nv; j++) {
-            int place = j * p->nu + i;
-            for (int g = 0; g < cloth->ghost_count; g++) {
-                const Ghost *ghost = &cloth->ghosts[g];
-                if (ghost->border / p->nu == j &&
-                    ((i < 0 && ghost->side == 0) || (i == p->nu && ghost->side == 1))) {
-                    place = cloth->node_count + g;
-                }
-            }
-            vec3_store(x + 3 * place, vec3(at[0], p->h2 * j, at[1]));
-        }
-        /* a wall turns half as much as a node */
-        double share = i < 0 ? 0.0 : i >= SEGMENTS ? SEGMENTS : i + 0.5;
-        at[0] += h * cos(turn / SEGMENTS * share), at[1] += h * sin(turn / SEGMENTS * share);
-    }
-}
-
-static void shear(const Cloth *cloth, double phi, double *x) {
-    for (int i = 0; i < cloth->node_count; i++) {
-        const double *uv = cloth->panel.material + 2 * i;
-        vec3_store(x + 3 * i, vec3(uv[0] + uv[1] * sin(phi), uv[1] * cos(phi), 0));
-    }
-}
-
-typedef void Pose2(const Cloth *cloth, double q, double *x);
-
-/* dE/dq at q with the history as it is; then q is accepted */
-static double drive(Cloth *cloth, Pose2 *pose, double q, double step, double *x) {
-    double energy[2];
-    for (int k = 0; k < 2; k++) {
-        pose(cloth, q + (k ? step : -step), x);
-        energy[k] = cloth->model->energy(cloth, x);
-    }
-    pose(cloth, q, x);
-    cloth->model->commit(cloth, x);
-    return (energy[1] - energy[0]) / (2 * step);
-}
-
-/* forces at `count` places on the way from one end to the other */
-static void branch(Cloth *cloth, Pose2 *pose, double from, double to, int count, double step,
-                   double *x, double *forces) {
-    for (int k = 1; k <= count; k++) {
-        forces[k] = drive(cloth, pose, from + (to - from) * k / count, step, x);
-    }
-}
-
-static void make_specimen(Arena *arena, Cloth *cloth, ClothDef *def, const char *model,
-                          const char *fabric, bool bending) {
+/* B, 2HB, residual curvature and G, 2HG of the loops against those of the fabric */
+static void check_loops(const char *model, const char *name, int count) {
+    Arena arena = {0};
     Error error = {0};
-    *def = bending ? cloths_rectangle(0.01, 0.002, SEGMENTS + 1, 3, cloths_orthotropic())
-                   : cloths_rectangle(0.2, 0.05, 21, 6, cloths_orthotropic());
-    HandleDef walls[2] = {handle_default(), handle_default()};
-    assert_true(fabric_read(fabric, arena, &def->fabric, &error));
-    def->fabric.bend_poisson.value = 0.0;
-    def->model = model;
-    def->hysteresis = true;
-    walls[0].kind = walls[1].kind = HANDLE_CLAMP;
-    walls[0].region = REGION_LEFT, walls[1].region = REGION_RIGHT;
-    if (!cloth_create(cloth, def, walls, bending ? 2 : 0, 1, arena, &error)) {
-        fail_msg("%s", error.text);
-    }
-}
-
-/* loop 0, 2.5, -2.5, 2.5 per cm: B, 2HB at 1 per cm, residual curvature */
-static void bending_loop(const char *model, const char *fabric, int count) {
-    Arena arena = {0};
-    Cloth cloth;
-    ClothDef def;
-    make_specimen(&arena, &cloth, &def, model, fabric, true);
-    double *x = arena_push(&arena, double, 3 * (cloth.node_count + cloth.ghost_count));
-    double *down = arena_push(&arena, double, count + 1),
-           *up = arena_push(&arena, double, count + 1);
-    const double end = 2.5; /* rad: 250 /m on 1 cm */
-    branch(&cloth, bend, 0.0, end, count, 1e-4, x, down);
-    double top = down[count];
-    branch(&cloth, bend, end, -end, count, 1e-4, x, down);
-    branch(&cloth, bend, -end, end, count, 1e-4, x, up);
-    down[0] = top, up[0] = down[count];
-    double width = 0.002, residual = 0.0;
-    /* place k of `down` is at curvature 250 (1 - 2 k/count) /m */
-    int k1 = count * 3 / 10, k05 = count * 4 / 10, k15 = count * 2 / 10;
-    double b = 0.5 * ((down[k15] - down[k05]) + (up[count - k15] - up[count - k05])) / width / 100;
-    double hb = (up[count - k1] - down[k1]) / width;
-    for (int k = 0; k < count; k++) {
-        if (down[k] > 0.0 && down[k + 1] <= 0.0) {
-            double share = down[k] / (down[k] - down[k + 1]);
-            residual = 250.0 * (1.0 - 2.0 * (k + share) / count);
-        }
-    }
-    const Fabric *f = &def.fabric;
-    double mean = 0.5 * (f->bend_warp.value + f->bend_weft.value);
-    double exact_hb = f->bend_hysteresis.value * f->bend_warp.value / mean;
+    Fabric f;
+    TesterLoop bend, shear;
+    assert_true(fabric_read(name, &arena, &f, &error));
+    assert_true(tester_run(TESTER_BENDING, &f, model, count, &arena, &bend, &error));
+    assert_true(tester_run(TESTER_SHEAR, &f, model, count, &arena, &shear, &error));
+    double b = f.bend_warp.value, share = 2.0 * b / (b + f.bend_weft.value);
+    double hb = f.bend_hysteresis.value * share;
     print_message("  %s, %s: B %.4g (%.4g), 2HB %.4g (%.4g), residual %.4g (%.4g) /m\n", model,
-                  fabric, b, f->bend_warp.value, hb, exact_hb, residual,
-                  0.5 * exact_hb / f->bend_warp.value);
-    CHECK_AT_MOST(fabs(b / f->bend_warp.value - 1.0), 0.01);
-    CHECK_AT_MOST(fabs(hb / exact_hb - 1.0), 0.01);
-    CHECK_AT_MOST(fabs(residual * f->bend_warp.value / (0.5 * exact_hb) - 1.0), 0.02);
-    arena_free(&arena);
-}
-
-/* loop +-8 degrees: G by the mean slope of both branches, 2HG at half a degree */
-static void shear_loop(const char *model, const char *fabric) {
-    Arena arena = {0};
-    Cloth cloth;
-    ClothDef def;
-    make_specimen(&arena, &cloth, &def, model, fabric, false);
-    enum { COUNT = 160 }; /* a tenth of a degree */
-    double *x = arena_push(&arena, double, 3 * cloth.node_count), f[3][COUNT + 1];
-    double end = 8 * PI / 180, area = 0.01;
-    branch(&cloth, shear, 0.0, end, COUNT, 1e-5, x, f[0]);
-    branch(&cloth, shear, end, -end, COUNT, 1e-5, x, f[1]);
-    branch(&cloth, shear, -end, end, COUNT, 1e-5, x, f[2]);
-    int low = COUNT / 2 + 5, high = COUNT / 2 + 25; /* 0.5, 2.5 degrees */
-    double c[2] = {area * cos(0.5 * PI / 180), area * cos(2.5 * PI / 180)};
-    double rise = (f[2][high] + f[1][COUNT - high]) / c[1] - (f[2][low] + f[1][COUNT - low]) / c[0];
-    double g = 0.5 * rise / (2 * PI / 180), hg = (f[2][low] - f[1][COUNT - low]) / c[0];
-    const Fabric *fab = &def.fabric;
-    print_message("  %s, %s: G %.4g (%.4g), 2HG %.4g (%.4g) N/m\n", model, fabric, g,
-                  fab->shear.value, hg, fab->shear_hysteresis.value);
-    CHECK_AT_MOST(fabs(g / fab->shear.value - 1.0), 0.01);
-    CHECK_AT_MOST(fabs(hg / fab->shear_hysteresis.value - 1.0), 0.02);
+                  name, bend.slope, b, bend.width, hb, bend.residual, 0.5 * hb / b);
+    print_message("      G %.4g (%.4g), 2HG %.4g (%.4g) N/m\n", shear.slope, f.shear.value,
+                  shear.width, f.shear_hysteresis.value);
+    CHECK_AT_MOST(fabs(bend.slope / b - 1.0), 0.01);
+    CHECK_AT_MOST(fabs(bend.width / hb - 1.0), 0.01);
+    CHECK_AT_MOST(fabs(bend.residual / (0.5 * hb / b) - 1.0), 0.02);
+    CHECK_AT_MOST(fabs(shear.slope / f.shear.value - 1.0), 0.01);
+    CHECK_AT_MOST(fabs(shear.width / f.shear_hysteresis.value - 1.0), 0.02);
     arena_free(&arena);
 }
 
@@ -201,10 +93,9 @@ static void test_testers(void **unused) {
     (void)unused;
     for (const ClothModel *const *model = cloth_models; *model; model++) {
         for (int k = 0; fabrics[k]; k++) {
-            bending_loop((*model)->name, fabrics[k], 200);
-            shear_loop((*model)->name, fabrics[k]);
+            check_loops((*model)->name, fabrics[k], 320);
         }
-        bending_loop((*model)->name, fabrics[0], 100); /* steps twice as long: the same loop */
+        check_loops((*model)->name, fabrics[0], 160); /* steps twice as long: the same loop */
     }
 }
 
