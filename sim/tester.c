@@ -40,6 +40,7 @@ static bool make_specimen(Specimen *s, const Fabric *fabric, const char *model, 
     if (!cloth_create(&s->cloth, &s->def, walls, bending ? 2 : 0, 1, arena, error)) {
         return false;
     }
+    ASSERT(s->cloth.model && s->cloth.model->commit);
     s->x = arena_push(arena, double, 3 * (s->cloth.node_count + s->cloth.ghost_count));
     return true;
 }
@@ -89,13 +90,15 @@ static void pose(Specimen *s, double at) {
 /* work per motion, per width, with the history as it is; then the pose is accepted */
 static double drive(Specimen *s, double at) {
     bool bending = s->kind == TESTER_BENDING;
+    const ClothModel *model = s->cloth.model;
     double step = bending ? 1e-2 : 1e-5, energy[2];
+    ASSERT(model);
     for (int k = 0; k < 2; k++) {
         pose(s, at + (k ? step : -step));
-        energy[k] = s->cloth.model->energy(&s->cloth, s->x);
+        energy[k] = model->energy(&s->cloth, s->x);
     }
     pose(s, at);
-    s->cloth.model->commit(&s->cloth, s->x);
+    model->commit(&s->cloth, s->x);
     double work = (energy[1] - energy[0]) / (2 * step);
     return bending ? work / (BEND_LENGTH * BEND_WIDTH)
                    : work / (SHEAR_LENGTH * SHEAR_HEIGHT * cos(at));
