@@ -323,14 +323,31 @@ struct VideoReader {
     bool ended; /* the decoder was told that nothing more comes */
 };
 
-static float srgb_of(float linear) {
-    float x = linear > 0.0f ? linear < 1.0f ? linear : 1.0f : 0.0f; /* NaN: black */
-    return x <= 0.0031308f ? 12.92f * x : 1.055f * powf(x, 1.0f / 2.4f) - 0.055f;
+/* The light from which on each code of sRGB is the nearest; the first is 1. */
+static void find_steps(float steps[255]) {
+    for (int i = 0; i < 255; i++) {
+        double code = (i + 0.5) / 255.0;
+        steps[i] = (float)(code <= 0.04045 ? code / 12.92 : pow((code + 0.055) / 1.055, 2.4));
+    }
+}
+
+/* The code of linear light: how many steps are not above it, by halving; NaN is black. */
+static uint8_t code_of(const float steps[255], float light) {
+    int low = 0, high = 255;
+    while (low < high) {
+        int middle = (low + high) / 2;
+        bool above = light >= steps[middle];
+        low = above ? middle + 1 : low;
+        high = above ? high : middle;
+    }
+    return (uint8_t)low;
 }
 
 /* Planes of 32-bit floats in linear light: green, blue, red, alpha. */
 static void take_floats(const AVFrame *frame, Image *image) {
     static const int plane_of[4] = {2, 0, 1, 3};
+    float steps[255];
+    find_steps(steps);
     bool alpha = frame->format == AV_PIX_FMT_GBRAPF32LE;
     for (int y = 0; y < image->height; y++) {
         uint8_t *out = image->rgba + IMAGE_CHANNELS * (size_t)y * (size_t)image->width;
@@ -342,8 +359,9 @@ static void take_floats(const AVFrame *frame, Image *image) {
                                                     (ptrdiff_t)y * frame->linesize[plane])
                     : NULL;
             for (int x = 0; x < image->width; x++) {
-                float value = !row ? 1.0f : k < 3 ? srgb_of(row[x]) : row[x] > 0.0f ? row[x] : 0.0f;
-                out[IMAGE_CHANNELS * x + k] = (uint8_t)(255.0f * fminf(value, 1.0f) + 0.5f);
+                float value = !row ? 1.0f : row[x] > 0.0f ? fminf(row[x], 1.0f) : 0.0f;
+                out[IMAGE_CHANNELS * x + k] =
+                    k < 3 ? code_of(steps, value) : (uint8_t)(255.0f * value + 0.5f);
             }
         }
     }
