@@ -9,9 +9,10 @@
 
 GlFunctions gl;
 
-static const GlBackend *const backends[] = {&gl_osmesa, NULL}; /* the first that opens is used */
-static const GlBackend *backend;                               /* the one in use */
-static GLuint empty_vertices; /* a vertex array without attributes */
+static const GlBackend *const backends[] = {&gl_osmesa, &gl_egl,
+                                            NULL}; /* the first that opens is used */
+static const GlBackend *backend;                   /* the one in use */
+static GLuint empty_vertices;                      /* a vertex array without attributes */
 
 static void load_functions(void) {
 #define GL_LOAD(TYPE, name)                                                                        \
@@ -30,10 +31,18 @@ bool gl_open(int threads, Error *error) {
     setenv("LP_NUM_THREADS", count, 1); /* llvmpipe reads it when it is loaded */
     Error last = {0};
     for (int i = 0; !backend && backends[i]; i++) {
+        const char *wanted = getenv("TOILE_GL"); /* osmesa or egl; else whatever there is */
+        if (wanted && *wanted && strcmp(wanted, backends[i]->name) != 0) {
+            continue;
+        }
         last = (Error){0};
         if (backends[i]->open(GL_MAJOR, GL_MINOR, &last)) {
             backend = backends[i];
         }
+    }
+    if (!backend && last.code == EXIT_OK) {
+        return error_set(error, EXIT_USAGE, "TOILE_GL=%s: expected osmesa or egl",
+                         getenv("TOILE_GL"));
     }
     if (!backend) {
         return error_set(error, last.code, "%s", last.text);

@@ -16,6 +16,6 @@ typedef struct GlBackend {
     GlFunction (*address)(const char *name); /* of a GL function; valid after open */
 } GlBackend;
 
-extern const GlBackend gl_osmesa;
+extern const GlBackend gl_osmesa, gl_egl;
 
 #endif

@@ -1,4 +1,4 @@
-/* The OSMesa backend. Mesa 25.1 removed OSMesa: an EGL backend replaces this file one day. */
+/* The OSMesa backend. Mesa 25.1 removed OSMesa: gl_egl.c replaces this file one day. */
 #include <GL/osmesa.h>
 #include <dlfcn.h>
 #include <stddef.h>

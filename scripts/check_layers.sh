@@ -55,6 +55,7 @@ one_file 'cairo/' 1
 one_file 'libav(codec|filter|format|util)/' 1
 one_file 'xxhash\.h' 1
 one_file 'GL/osmesa\.h' 1
+one_file 'EGL/' 1
 one_file 'omp\.h' 1
 
 # sizes: .c 600 lines, .h 220, functions 60 (element kernels 150)

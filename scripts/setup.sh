@@ -5,7 +5,7 @@ set -eu
 
 packages="
 build-essential pkg-config
-libosmesa6-dev libgl-dev libassimp-dev libsuitesparse-dev libopenblas-dev liblapacke-dev
+libosmesa6-dev libgl-dev libegl-dev libegl1 libassimp-dev libsuitesparse-dev libopenblas-dev liblapacke-dev
 libavcodec-dev libavfilter-dev libavformat-dev libavutil-dev libswscale-dev libpng-dev libopenexr-dev libcairo2-dev fonts-dejavu-core
 libyaml-dev libudunits2-dev libqhull-dev libgmp-dev libxxhash-dev libcmocka-dev
 clang-format clang-tidy cppcheck ffmpeg

@@ -12,6 +12,7 @@
 #include <cmocka.h>
 
 #include "render/command.h"
+#include "render/gl.h"
 #include "render/interrupt.h"
 #include "render/output.h"
 #include "render/video.h"
@@ -79,11 +80,15 @@ static int tear_down(void **state) {
 
 typedef struct DrawTask {
     int threads, first, last; /* draws frames first .. last */
+    const char *backend;      /* NULL: the usual one */
 } DrawTask;
 
 /* Hash of the last picture. */
 static uint64_t draw_task(void *context) {
     const DrawTask *task = context;
+    if (task->backend) {
+        setenv("TOILE_GL", task->backend, 1);
+    }
     RunDef run_def = run_default();
     run_def.path = in_folder("table.states");
     DrawDef def = {.width = WIDTH,
@@ -104,13 +109,33 @@ static uint64_t draw_task(void *context) {
 
 static void test_same_bits(void **state) {
     (void)state;
-    DrawTask alone = {0, 3, 3};
+    DrawTask alone = {.first = 3, .last = 3};
     uint64_t hash = render_child_value(draw_task, &alone);
     assert_true(hash != 0);
-    DrawTask tasks[] = {{1, 3, 3}, {2, 3, 3}, {3, 3, 3}, {0, 0, 3}};
+    DrawTask tasks[] = {{1, 3, 3, NULL}, {2, 3, 3, NULL}, {3, 3, 3, NULL}, {0, 0, 3, NULL}};
     for (size_t i = 0; i < sizeof tasks / sizeof *tasks; i++) {
         assert_true(render_child_value(draw_task, &tasks[i]) == hash);
     }
+}
+
+static uint64_t open_egl(void *context) {
+    (void)context;
+    Error error = {0};
+    setenv("TOILE_GL", "egl", 1);
+    return gl_open(0, &error) ? 1 : 0;
+}
+
+static void test_same_bits_by_egl(void **state) {
+    (void)state;
+    if (render_child_value(open_egl, NULL) == 0) {
+        printf("SKIPPED: no EGL without a screen here\n");
+        return;
+    }
+    DrawTask osmesa = {.first = 3, .last = 3, .backend = "osmesa"};
+    DrawTask egl = {.first = 3, .last = 3, .backend = "egl"};
+    uint64_t hash = render_child_value(draw_task, &osmesa);
+    assert_true(hash != 0);
+    assert_true(render_child_value(draw_task, &egl) == hash);
 }
 
 /* ---- videos ---- */
@@ -443,6 +468,7 @@ static void test_wrong_requests(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_same_bits),
+        cmocka_unit_test(test_same_bits_by_egl),
         cmocka_unit_test(test_video),
         cmocka_unit_test(test_webm),
         cmocka_unit_test(test_formats),
