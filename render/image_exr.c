@@ -185,6 +185,12 @@ static bool open_reader(Reader *reader, const char *path) {
         exr_get_channels(reader->file, 0, &reader->channels) != EXR_ERR_SUCCESS) {
         return false;
     }
+    for (int i = 0; i < reader->channels->num_channels; i++) {
+        const exr_attr_chlist_entry_t *channel = &reader->channels->entries[i];
+        if (channel->x_sampling != 1 || channel->y_sampling != 1) {
+            return false; /* colour at half resolution: other programs' */
+        }
+    }
     reader->width = window.max.x - window.min.x + 1;
     reader->height = window.max.y - window.min.y + 1;
     return reader->width > 0 && reader->height > 0 && reader->width <= MOST_SIDE &&
@@ -235,8 +241,7 @@ static bool same_shape(const Reader *a, const Reader *b) {
                 a->channels->num_channels == b->channels->num_channels;
     for (int i = 0; same && i < a->channels->num_channels; i++) {
         const exr_attr_chlist_entry_t *p = &a->channels->entries[i], *q = &b->channels->entries[i];
-        same = strcmp(p->name.str, q->name.str) == 0 && p->x_sampling == 1 && p->y_sampling == 1 &&
-               q->x_sampling == 1 && q->y_sampling == 1;
+        same = strcmp(p->name.str, q->name.str) == 0;
     }
     return same;
 }
