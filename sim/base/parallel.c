@@ -34,6 +34,14 @@ void parallel_for(int count, int grain, ParallelBody *body, void *context) {
     }
 }
 
+int parallel_hold(void) {
+    int levels = omp_get_max_active_levels();
+    omp_set_max_active_levels(0);
+    return levels;
+}
+
+void parallel_release(int levels) { omp_set_max_active_levels(levels); }
+
 static int fix_variable(const char *name, const char *value) {
     const char *old = getenv(name);
     if (old && strcmp(old, value) == 0) {

@@ -23,4 +23,9 @@ static inline int parallel_chunk_count(int count, int grain) { return (count + g
  * Starts the program again, once, when something had to be changed. */
 void parallel_fix_environment(char **argv);
 
+/* Between hold and release libraries that would open threads of their own run on the caller's.
+ * parallel_release takes what parallel_hold returned. */
+int parallel_hold(void);
+void parallel_release(int levels);
+
 #endif

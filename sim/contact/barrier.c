@@ -28,6 +28,7 @@ void barrier_begin(Barrier *b, const ContactMemory *memory, const double *x,
     memcpy(b->clocks, memory->clocks, obstacles * sizeof *b->clocks);
     b->driven = false;
     meetings_clear(&b->now);
+    candidates_forget(&b->clamp.near);
     if (b->memory_slot_count < 2 * memory->pair_count || b->memory_slot_count == 0) {
         b->memory_slot_count = b->memory_slot_count > 0 ? b->memory_slot_count : 1024;
         while (b->memory_slot_count < 2 * memory->pair_count) {

@@ -1,25 +1,32 @@
 #include "sim/contact/candidates.h"
 
+#include <math.h>
 #include <string.h>
 
 #include "sim/contact/constants.h"
+#include "sim/contact/lists.h"
 
 Candidates candidates_create(const ContactDef *def, Arena *arena) {
     Candidates c = {.def = def, .arena = arena};
     c.surface = surface_create(def->panels, def->panel_count, def->start, arena);
-    c.swept = arena_push(arena, Box, def->vertex_count);
-    c.cells = arena_push(arena, Box, c.surface.cell_count);
+    c.boxes = arena_push(arena, Box, def->vertex_count);
+    c.middles = arena_push(arena, Vec3, def->vertex_count);
+    c.radii = arena_push(arena, double, def->vertex_count);
+    c.from = arena_push(arena, Pose, def->obstacle_count);
+    c.to = arena_push(arena, Pose, def->obstacle_count);
     c.distances = arena_push(arena, double, def->vertex_count);
     c.motions = arena_push(arena, double, def->vertex_count);
-    Vec3 *centres = arena_push(arena, Vec3, c.surface.cell_count);
-    for (int i = 0; i < c.surface.cell_count; i++) {
-        const int *corner = c.surface.triangles + 3 * (size_t)c.surface.cells[i].triangle[0];
-        for (int k = 0; k < 3; k++) {
-            centres[i] =
-                vec3_axpy(centres[i], 1.0 / 3.0, vec3_load(def->start + 3 * (size_t)corner[k]));
-        }
+    c.slopes = arena_push(arena, GroupSlopes, c.surface.group_count);
+    c.groups = arena_push(arena, Box, c.surface.group_count);
+    c.rooms = arena_push(arena, double, c.surface.group_count);
+    c.cells = arena_push(arena, Box, c.surface.cell_count);
+    c.boxed = arena_push(arena, long, c.surface.group_count);
+    Vec3 *centres = arena_push(arena, Vec3, c.surface.group_count);
+    for (int g = 0; g < c.surface.group_count; g++) {
+        const int *place = c.surface.group_vertices + c.surface.groups[g].vertex_begin;
+        centres[g] = vec3_load(def->start + 3 * (size_t)*place);
     }
-    c.tree = box_tree_create(centres, c.surface.cell_count, arena);
+    c.tree = box_tree_create(centres, c.surface.group_count, arena);
     return c;
 }
 
@@ -45,16 +52,48 @@ static double pair_distance(const Candidates *c, PairKind kind, const int place[
     return pair_rest_limit(panel, &pair, dhat);
 }
 
+/* Are the two features farther apart than the reach, seen along the line between their middles? That
+ * is a lower bound of their distance, and cheap. */
+static bool seen_apart(const Candidates *c, const int place[4], int first, double reach) {
+    Vec3 middle[2] = {{0, 0, 0}, {0, 0, 0}};
+    for (int k = 0; k < 4; k++) {
+        double share = 1.0 / (k < first ? first : 4 - first);
+        middle[k >= first] = vec3_axpy(middle[k >= first], share, c->middles[place[k]]);
+    }
+    Vec3 along = vec3_sub(middle[1], middle[0]);
+    double end[2] = {-INFINITY, INFINITY};
+    for (int k = 0; k < 4; k++) {
+        double at = vec3_dot(along, c->middles[place[k]]);
+        end[k >= first] = k < first ? fmax(end[0], at) : fmin(end[1], at);
+    }
+    double gap = end[1] - end[0];
+    return gap > 0.0 && gap * gap > reach * reach * vec3_dot(along, along);
+}
+
 static void add_pair(Candidates *c, PairKind kind, int p, int q, int r, int s) {
     Candidate item = {.obstacle = -1, .kind = kind, .place = {p, q, r, s}};
-    item.dhat = pair_distance(c, kind, item.place);
-    add(c, item);
+    int first = kind == PAIR_FACE ? 1 : 2;
+    double reach = c->def->distance, most[2] = {0.0, 0.0};
+    for (int k = 0; k < 4; k++) {
+        most[k >= first] = fmax(most[k >= first], c->radii[item.place[k]]);
+    }
+    reach += most[0] + most[1];
+    if (seen_apart(c, item.place, first, reach)) {
+        return;
+    }
+    Points points = {&c->middles[0].x};
+    Pair pair = {.kind = kind, .place = {p, q, r, s}};
+    pair_evaluate(&points, &pair);
+    if (pair.distance <= reach) {
+        item.dhat = pair_distance(c, kind, item.place);
+        add(c, item);
+    }
 }
 
 static Box box_of(const Candidates *c, const int *places, int count) {
-    Box box = c->swept[places[0]];
+    Box box = c->boxes[places[0]];
     for (int k = 1; k < count; k++) {
-        box = box_union(box, c->swept[places[k]]);
+        box = box_union(box, c->boxes[places[k]]);
     }
     return box;
 }
@@ -67,7 +106,7 @@ static void meet_faces(Candidates *c, const SurfaceCell *owner, const SurfaceCel
         for (int k = 0; k < owner->vertex_count; k++) {
             int v = owner->vertex[k];
             bool apart = v != t[0] && v != t[1] && v != t[2];
-            if (apart && box_near(&c->swept[v], &box, reach)) {
+            if (apart && box_near(&c->boxes[v], &box, reach)) {
                 add_pair(c, PAIR_FACE, v, t[0], t[1], t[2]);
             }
         }
@@ -90,8 +129,7 @@ static void meet_edges(Candidates *c, const SurfaceCell *a, const SurfaceCell *b
     }
 }
 
-static void meet_cells(int a, int b, void *context) {
-    Candidates *c = context;
+static void meet_cells(Candidates *c, int a, int b) {
     const SurfaceCell *p = &c->surface.cells[a], *q = &c->surface.cells[b];
     meet_faces(c, p, q);
     if (a != b) {
@@ -100,8 +138,12 @@ static void meet_cells(int a, int b, void *context) {
     meet_edges(c, p, q);
 }
 
-static void find_pairs(Candidates *c) {
-    for (int i = 0; i < c->surface.cell_count; i++) {
+static void box_cells(Candidates *c, int group) {
+    if (c->boxed[group] == c->stamp) {
+        return;
+    }
+    c->boxed[group] = c->stamp;
+    for (int i = c->surface.groups[group].cell_begin; i < c->surface.groups[group].cell_end; i++) {
         const SurfaceCell *cell = &c->surface.cells[i];
         c->cells[i] = box_empty();
         for (int k = 0; k < cell->triangle_count; k++) {
@@ -109,33 +151,65 @@ static void find_pairs(Candidates *c) {
             c->cells[i] = box_union(c->cells[i], box);
         }
     }
-    box_tree_refit(&c->tree, c->cells);
-    for (int i = 0; i < c->surface.cell_count; i++) {
-        meet_cells(i, i, c);
+}
+
+static void meet_groups(int a, int b, void *context) {
+    Candidates *c = context;
+    const SurfaceGroup *p = &c->surface.groups[a], *q = &c->surface.groups[b];
+    double reach = c->def->distance;
+    Points middles = {&c->middles[0].x};
+    if (flatness_distance(&c->surface, c->slopes, &middles, c->stamp, a, b) >
+        reach + c->rooms[a] + c->rooms[b]) {
+        return;
     }
-    box_tree_pairs(&c->tree, c->def->distance, meet_cells, c);
+    box_cells(c, a);
+    box_cells(c, b);
+    for (int i = p->cell_begin; i < p->cell_end; i++) {
+        for (int j = a == b ? i : q->cell_begin; j < q->cell_end; j++) {
+            if (box_near(&c->cells[i], &c->cells[j], reach)) {
+                meet_cells(c, i, j);
+            }
+        }
+    }
+}
+
+static void find_pairs(Candidates *c) {
+    for (int g = 0; g < c->surface.group_count; g++) {
+        const SurfaceGroup *group = &c->surface.groups[g];
+        c->groups[g] = box_empty();
+        c->rooms[g] = 0.0;
+        for (int k = group->vertex_begin; k < group->vertex_end; k++) {
+            int vertex = c->surface.group_vertices[k];
+            c->groups[g] = box_union(c->groups[g], c->boxes[vertex]);
+            c->rooms[g] = fmax(c->rooms[g], c->radii[vertex]);
+        }
+    }
+    box_tree_refit(&c->tree, c->groups);
+    for (int g = 0; g < c->surface.group_count; g++) {
+        meet_groups(g, g, c);
+    }
+    box_tree_pairs(&c->tree, c->def->distance, meet_groups, c);
 }
 
 /* ---- cloth with obstacles ---- */
 
-static void find_touches(Candidates *c, Pose pose, Pose to, int obstacle, const double *x,
-                         const double *dx) {
+static void find_touches(Candidates *c, int obstacle) {
     const ContactDef *def = c->def;
     const Solid *solid = &def->obstacles[obstacle].solid;
     for (int i = 0; i < def->vertex_count; i++) {
-        Vec3 normal, at = vec3_load(x + 3 * (size_t)i), y = pose_unapply(pose, at);
-        Vec3 end = dx ? vec3_add(at, vec3_load(dx + 3 * (size_t)i)) : at;
+        Vec3 normal, y = pose_unapply(c->from[obstacle], c->middles[i]);
+        Vec3 end = pose_unapply(c->to[obstacle], c->middles[i]);
         c->distances[i] = solid_distance(solid, y, &normal);
-        c->motions[i] = vec3_length(vec3_sub(pose_unapply(to, end), y));
+        c->motions[i] = vec3_length(vec3_sub(end, y)) + c->radii[i];
     }
     for (int t = 0; t < c->surface.triangle_count; t++) {
         const int *corner = c->surface.triangles + 3 * (size_t)t;
         double bound = -INFINITY, farthest = 0.0;
         for (int k = 0; k < 3; k++) { /* no point of the triangle is farther from a corner */
-            Vec3 p = vec3_load(x + 3 * (size_t)corner[k]);
+            Vec3 p = c->middles[corner[k]];
             double longest = 0.0;
             for (int m = 0; m < 3; m++) {
-                Vec3 side = vec3_sub(vec3_load(x + 3 * (size_t)corner[m]), p);
+                Vec3 side = vec3_sub(c->middles[corner[m]], p);
                 longest = fmax(longest, vec3_dot(side, side));
             }
             bound = fmax(bound, c->distances[corner[k]] - sqrt(longest));
@@ -150,21 +224,68 @@ static void find_touches(Candidates *c, Pose pose, Pose to, int obstacle, const 
     }
 }
 
-void candidates_find(Candidates *c, const Pose *poses, const Pose *to, const double *x,
-                     const double *dx) {
-    c->count = 0;
+/* ---- the list ---- */
+
+void candidates_forget(Candidates *c) { c->known = false; }
+
+static bool same_pose(const Pose *a, const Pose *b) { return memcmp(a, b, sizeof *a) == 0; }
+
+static bool box_holds(const Box *box, Vec3 p) {
+    return box->low.x <= p.x && p.x <= box->high.x && box->low.y <= p.y && p.y <= box->high.y &&
+           box->low.z <= p.z && p.z <= box->high.z;
+}
+
+static Vec3 end_of(const double *x, const double *dx, int vertex) {
+    Vec3 at = vec3_load(x + 3 * (size_t)vertex);
+    return dx ? vec3_add(at, vec3_load(dx + 3 * (size_t)vertex)) : at;
+}
+
+/* does the list hold for this motion? */
+static bool serves(const Candidates *c, const Pose *poses, const Pose *to, const double *x,
+                   const double *dx) {
     for (int o = 0; o < c->def->obstacle_count; o++) {
-        find_touches(c, poses[o], to[o], o, x, dx);
-    }
-    if (!c->def->self) {
-        return;
-    }
-    for (int i = 0; i < c->def->vertex_count; i++) {
-        Vec3 p = vec3_load(x + 3 * (size_t)i);
-        c->swept[i] = (Box){p, p};
-        if (dx) {
-            box_add(&c->swept[i], vec3_add(p, vec3_load(dx + 3 * (size_t)i)));
+        bool here = same_pose(&poses[o], &c->from[o]) || same_pose(&poses[o], &c->to[o]);
+        if (!here || !(same_pose(&to[o], &c->from[o]) || same_pose(&to[o], &c->to[o]))) {
+            return false;
         }
     }
-    find_pairs(c);
+    for (int i = 0; i < c->def->vertex_count; i++) {
+        if (!box_holds(&c->boxes[i], end_of(x, NULL, i)) ||
+            !box_holds(&c->boxes[i], end_of(x, dx, i))) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static void make_boxes(Candidates *c, const double *x, const double *dx) {
+    double margin = CONTACT_LIST_MARGIN * c->def->distance;
+    for (int i = 0; i < c->def->vertex_count; i++) {
+        Vec3 p = end_of(x, NULL, i), room = vec3(margin, margin, margin);
+        Box box = {p, p};
+        box_add(&box, end_of(x, dx, i));
+        c->boxes[i] = (Box){vec3_sub(box.low, room), vec3_add(box.high, room)};
+        c->middles[i] = vec3_scale(0.5, vec3_add(box.low, box.high));
+        c->radii[i] = vec3_length(vec3_sub(c->boxes[i].high, c->middles[i]));
+    }
+}
+
+void candidates_find(Candidates *c, const Pose *poses, const Pose *to, const double *x,
+                     const double *dx) {
+    if (c->known && serves(c, poses, to, x, dx)) {
+        return;
+    }
+    size_t bytes = (size_t)c->def->obstacle_count * sizeof *c->from;
+    memcpy(c->from, poses, bytes);
+    memcpy(c->to, to, bytes);
+    make_boxes(c, x, dx);
+    c->stamp++;
+    c->known = true;
+    c->count = 0;
+    for (int o = 0; o < c->def->obstacle_count; o++) {
+        find_touches(c, o);
+    }
+    if (c->def->self) {
+        find_pairs(c);
+    }
 }

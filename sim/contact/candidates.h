@@ -1,20 +1,25 @@
 /* candidates.h: which features may meet while every vertex moves straight from x to x + dx, for
- * the implicit road (contact.md 3): one query per Newton iteration, nothing kept between them.
+ * the implicit road (contact.md 3).
  *
- * A tree over the cells of sim/contact/surface.h is refitted to the swept boxes; cells that come
- * near give vertex-triangle and edge-edge pairs without common vertices, each once. Triangles come
- * near a solid by the distances of their corners. Always in the same order. */
+ * A tree over the groups of sim/contact/surface.h is refitted to the swept boxes; groups that come
+ * near and are not certified flat give vertex-triangle and edge-edge pairs without common vertices,
+ * each once. Triangles come near a solid by the distances of their corners. Always in the same
+ * order.
+ *
+ * A list is made for boxes with a margin, and serves all motions that stay inside them until
+ * candidates_forget: so it never depends on more than what came since then. */
 #ifndef TOILE_CONTACT_CANDIDATES_H
 #define TOILE_CONTACT_CANDIDATES_H
 
 #include "sim/contact/contact.h"
+#include "sim/contact/flatness.h"
 
 typedef struct Candidate {
     int obstacle; /* -1: cloth with cloth */
     PairKind kind;
     int place[4];  /* as in Pair; with an obstacle the three corners of a triangle and -1 */
     double dhat;   /* [m] contact distance */
-    double target; /* [m] distance that a motion must keep; negative: the pair is not judged */
+    double target; /* [m] distance that a motion must keep; of the clamp */
 } Candidate;
 
 typedef struct Candidates {
@@ -22,17 +27,30 @@ typedef struct Candidates {
     Arena *arena;
     Surface surface;
     BoxTree tree;
-    Box *swept;        /* (vertex_count) of a vertex */
-    Box *cells;        /* (cell_count) */
-    double *distances; /* [m] (vertex_count) from the obstacle at work */
-    double *motions;   /* [m] (vertex_count) relative to it */
-    Candidate *items;  /* (count) */
+    bool known;          /* the items are those of `boxes` */
+    Box *boxes;          /* (vertex_count) where a vertex may be */
+    Vec3 *middles;       /* (vertex_count) of boxes */
+    double *radii;       /* [m] (vertex_count) half the diagonals of boxes */
+    GroupSlopes *slopes; /* (group_count) of the middles */
+    long stamp;          /* of the boxes */
+    Box *groups;         /* (group_count) */
+    double *rooms;       /* [m] (group_count) largest radius */
+    Box *cells;          /* (cell_count) */
+    long *boxed;         /* (group_count) stamp of its cells */
+    Pose *from, *to;     /* (obstacle_count) where an obstacle may be: one or the other */
+    double *distances;   /* [m] (vertex_count) from the obstacle at work */
+    double *motions;     /* [m] (vertex_count) relative to it, at most */
+    Candidate *items;    /* (count) */
     int count, room;
 } Candidates;
 
 Candidates candidates_create(const ContactDef *def, Arena *arena);
 
-/* All pairs that may come nearer than their contact distance while obstacles go from poses to `to`.
+/* The next candidates_find looks anew. */
+void candidates_forget(Candidates *c);
+
+/* At least all pairs that may come nearer than their contact distance while obstacles go from poses to
+ * `to`.
  * x, dx: [m] (vertex_count x 3); dx NULL: no vertex moves. */
 void candidates_find(Candidates *c, const Pose *poses, const Pose *to, const double *x,
                      const double *dx);

@@ -71,7 +71,11 @@ static double distance_of(const Clamp *c, const Candidate *item, const ClampObst
 /* candidates of this motion that could come too near, with their targets */
 static void find(Clamp *c, const ClampObstacles *o, const double *x, const double *dx) {
     candidates_find(&c->near, o->from, o->advance ? o->to : o->from, x, dx);
-    int kept = 0;
+    c->item_count = 0;
+    if (c->item_room < c->near.count) {
+        c->item_room = c->near.room;
+        c->items = arena_push(c->near.arena, Candidate, c->item_room);
+    }
     for (int i = 0; i < c->near.count; i++) {
         Candidate item = c->near.items[i];
         Vec3 y[4], p[4];
@@ -90,10 +94,9 @@ static void find(Clamp *c, const ClampObstacles *o, const double *x, const doubl
             item.target = CONTACT_PINCHED * d0;
         }
         if (d0 > 0.0 && d0 - item.target <= most[0] + most[1]) {
-            c->near.items[kept++] = item;
+            c->items[c->item_count++] = item;
         }
     }
-    c->near.count = kept;
 }
 
 static double ccd(const Clamp *c, const Candidate *item, const ClampObstacles *o, const double *x,
@@ -165,8 +168,8 @@ static bool project_all(Clamp *c, const ClampObstacles *o, const unsigned char *
     }
     for (int round = 1; round <= CONTACT_PROJECT_ROUNDS; round++) {
         bool again = false;
-        for (int i = 0; i < c->near.count; i++) {
-            const Candidate *item = &c->near.items[i];
+        for (int i = 0; i < c->item_count; i++) {
+            const Candidate *item = &c->items[i];
             Vec3 n = {0, 0, 0};
             if (!is_fresh(c, item, round)) {
                 continue;
@@ -234,8 +237,8 @@ static void shorten_all(Clamp *c, const ClampObstacles *o, const double *x, doub
     bool again = true;
     for (int round = 1; again; round++) {
         again = false;
-        for (int i = 0; i < c->near.count; i++) {
-            const Candidate *item = &c->near.items[i];
+        for (int i = 0; i < c->item_count; i++) {
+            const Candidate *item = &c->items[i];
             if (is_fresh(c, item, round)) {
                 again = shorten(c, item, o, x, dx, round) || again;
             }

@@ -28,6 +28,8 @@ typedef struct ClampObstacles {
 
 typedef struct Clamp {
     Candidates near;
+    Candidate *items; /* (item_count) of near that this motion could bring too near */
+    int item_count, item_room;
     double *share, *next;         /* (vertex_count) */
     int *stamp;                   /* (vertex_count) round in which the motion changed last */
     unsigned char *changed;       /* (vertex_count) 1: clamped by the last motion */

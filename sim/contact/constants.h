@@ -54,6 +54,7 @@
 #define CONTACT_CCD_NEAR 1.05   /* of the target: near enough to stop */
 #define CONTACT_CCD_ADVANCE 1e-7   /* of the motion: less is no progress */
 #define CONTACT_CCD_ROUNDS 64      /* then what is proven so far counts */
+#define CONTACT_LIST_MARGIN 0.5    /* of dhat: room of a vertex for which pairs are looked for */
 #define CONTACT_PROJECT_SEARCHES 3 /* candidates are looked for again after each */
 #define CONTACT_PROJECT_ROUNDS 8
 #define CONTACT_PROJECT_LEAST 0.02 /* of the approach taken out at least; 0 never ends */

@@ -16,6 +16,7 @@ Lists lists_create(const Surface *surface, const double *start, bool cloth_meets
                    Arena *arena) {
     Lists l = {
         .surface = surface, .cloth_meets_cloth = cloth_meets_cloth, .arena = arena, .stamp = 1};
+    l.slopes = arena_push(arena, GroupSlopes, surface->group_count);
     l.bounds = arena_push(arena, GroupBounds, surface->group_count);
     l.boxes = arena_push(arena, Box, surface->group_count);
     Vec3 *centres = arena_push(arena, Vec3, surface->group_count);
@@ -272,78 +273,6 @@ void lists_remake(Lists *l, const Points *x, double least_reach) {
 
 /* ---- level 2 ---- */
 
-/* boxes of dx/du and dx/dv over the cells of a lattice group */
-static void grade_group(Lists *l, const Points *x, int g) {
-    GroupBounds *bounds = &l->bounds[g];
-    const SurfaceGroup *group = &l->surface->groups[g];
-    const SurfacePanel *panel = &l->surface->panels[group->panel];
-    if (bounds->graded == l->stamp) {
-        return;
-    }
-    bounds->graded = l->stamp;
-    bounds->gradient[0] = bounds->gradient[1] = box_empty();
-    int across = panel->wrap ? panel->nu : panel->nu - 1;
-    int i0 = group->block[0] * SURFACE_BLOCK, j0 = group->block[1] * SURFACE_BLOCK;
-    int i1 = i0 + SURFACE_BLOCK < across ? i0 + SURFACE_BLOCK : across;
-    int j1 = j0 + SURFACE_BLOCK < panel->nv - 1 ? j0 + SURFACE_BLOCK : panel->nv - 1;
-    Vec3 below[SURFACE_BLOCK + 1], here[SURFACE_BLOCK + 1];
-    for (int j = j0; j <= j1; j++) {
-        for (int i = i0; i <= i1; i++) {
-            here[i - i0] = point_at(x, panel->first + j * panel->nu + i % panel->nu);
-            if (i > i0) {
-                Vec3 du = vec3_sub(here[i - i0], here[i - i0 - 1]);
-                box_add(&bounds->gradient[0], vec3_scale(1.0 / panel->h1, du));
-            }
-            if (j > j0) {
-                Vec3 dv = vec3_sub(here[i - i0], below[i - i0]);
-                box_add(&bounds->gradient[1], vec3_scale(1.0 / panel->h2, dv));
-            }
-        }
-        memcpy(below, here, sizeof below);
-    }
-}
-
-/* -1, 0, 1: neighbouring blocks; 2: farther */
-static int block_step(int from, int to, int count, bool wrap) {
-    int step = to - from;
-    if (wrap && step == count - 1) {
-        step = -1;
-    } else if (wrap && step == 1 - count) {
-        step = 1;
-    }
-    return step < -1 || step > 1 ? 2 : step;
-}
-
-/* [m] lower bound of the distance of features without a common vertex in the rectangle of two
- * lattice neighbours: with all gradients within e of C, |x(p) - x(q)| >= (s_min(C) - e) |p - q| */
-static double flat_distance(Lists *l, const Points *x, const GroupPair *pair) {
-    const SurfaceGroup *a = &l->surface->groups[pair->a], *b = &l->surface->groups[pair->b];
-    const SurfacePanel *panel = &l->surface->panels[a->panel];
-    if (a->panel != b->panel || panel->nu == 0) {
-        return 0.0;
-    }
-    const int *blocks = l->surface->blocks + 2 * a->panel;
-    if (block_step(a->block[0], b->block[0], blocks[0], panel->wrap) == 2 ||
-        block_step(a->block[1], b->block[1], blocks[1], false) == 2) {
-        return 0.0;
-    }
-    Box du = box_empty(), dv = box_empty();
-    for (int k = 0; k < 4; k++) {
-        int i = k & 1 ? b->block[0] : a->block[0], j = k & 2 ? b->block[1] : a->block[1];
-        int g = l->surface->first_group[a->panel] + j * blocks[0] + i;
-        grade_group(l, x, g);
-        du = box_union(du, l->bounds[g].gradient[0]);
-        dv = box_union(dv, l->bounds[g].gradient[1]);
-    }
-    Vec3 c1 = vec3_scale(0.5, vec3_add(du.low, du.high));
-    Vec3 c2 = vec3_scale(0.5, vec3_add(dv.low, dv.high));
-    Vec3 e1 = vec3_sub(du.high, du.low), e2 = vec3_sub(dv.high, dv.low);
-    double e = 0.5 * sqrt(vec3_dot(e1, e1) + vec3_dot(e2, e2));
-    double p = vec3_dot(c1, c1), q = vec3_dot(c2, c2), r = vec3_dot(c1, c2);
-    double least = 0.5 * (p + q) - sqrt(0.25 * (p - q) * (p - q) + r * r);
-    return (sqrt(max2(least, 0.0)) - e) * surface_lattice_altitude(panel);
-}
-
 typedef struct Search {
     Lists *lists;
     const Points *x;
@@ -531,7 +460,8 @@ static void query_one(Lists *l, const Points *x, int index, double dt) {
     l->widest = max2(l->widest, pair->near);
     double most = max2(CONTACT_LEAST_SLACK * dhat, CONTACT_LONG_SLACK * of_a->h1);
     double slack = min2(most, max2(CONTACT_LEAST_SLACK * dhat, CONTACT_SLACK_STEPS * step));
-    double enough = pair->near + CONTACT_LEAST_SLACK * dhat, apart = flat_distance(l, x, pair);
+    double enough = pair->near + CONTACT_LEAST_SLACK * dhat, apart;
+    apart = flatness_distance(l->surface, l->slopes, x, l->stamp, pair->a, pair->b);
     if (apart <= enough) {
         bound_group(l, x, pair->a);
         bound_group(l, x, pair->b);

@@ -15,16 +15,7 @@
 #ifndef TOILE_CONTACT_LISTS_H
 #define TOILE_CONTACT_LISTS_H
 
-#include "sim/contact/surface.h"
-
-/* Positions of places. */
-typedef struct Points {
-    const double *x; /* [m] (places x 3) */
-} Points;
-
-static inline Vec3 point_at(const Points *p, int place) {
-    return vec3_load(p->x + 3 * (long)place);
-}
+#include "sim/contact/flatness.h"
 
 typedef struct GroupPair {
     int a, b;         /* a <= b */
@@ -64,8 +55,7 @@ typedef struct PairMemory {
 typedef struct GroupBounds {
     Box cell[SURFACE_GROUP_CELLS];
     Box all;
-    Box gradient[2];    /* of dx/du, dx/dv on a lattice */
-    long boxed, graded; /* stamp of the positions that they belong to */
+    long boxed; /* stamp of the positions that they belong to */
 } GroupBounds;
 
 typedef struct Lists {
@@ -74,6 +64,7 @@ typedef struct Lists {
     Arena *arena;
     BoxTree tree;
     GroupBounds *bounds; /* (group_count) */
+    GroupSlopes *slopes; /* (group_count) */
     Box *boxes;          /* (group_count) */
     long stamp;          /* changes when positions change */
     GroupPair *group_pairs, *old_group_pairs;

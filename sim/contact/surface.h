@@ -14,6 +14,15 @@
 #define SURFACE_BLOCK 3 /* cells along a side of a lattice group; 2 and 4 cost up to a fifth more */
 #define SURFACE_GROUP_CELLS (SURFACE_BLOCK * SURFACE_BLOCK)
 
+/* Positions of places. */
+typedef struct Points {
+    const double *x; /* [m] (places x 3) */
+} Points;
+
+static inline Vec3 point_at(const Points *p, int place) {
+    return vec3_load(p->x + 3 * (long)place);
+}
+
 /* One cloth as it comes from its panel. */
 typedef struct SurfacePanel {
     int first;              /* place of its first vertex */

@@ -1,0 +1,23 @@
+/* flatness.h: a certificate that two neighbouring groups of a lattice are so flat that no two of
+ * their features are near (explicit.md 5). With all gradients of x(u, v) within e of a matrix C,
+ *
+ *     |x(p) - x(q)| >= (s_min(C) - e) |p - q|,
+ *
+ * and features without a common vertex are at least an altitude of a triangle apart in the plane. */
+#ifndef TOILE_CONTACT_FLATNESS_H
+#define TOILE_CONTACT_FLATNESS_H
+
+#include "sim/contact/surface.h"
+
+typedef struct GroupSlopes {
+    Box gradient[2]; /* of dx/du, dx/dv over the cells of a lattice group */
+    long stamp;      /* of the positions that they belong to */
+} GroupSlopes;
+
+/* [m] lower bound of the distance of features of two groups without a common vertex; at most 0
+ * where there is no certificate. slopes: (group_count) kept between calls. The stamp, never 0,
+ * changes when positions change. */
+double flatness_distance(const Surface *surface, GroupSlopes *slopes, const Points *x, long stamp,
+                         int first, int second);
+
+#endif
