@@ -20,6 +20,7 @@ $(BUILD)/sim/model/strain.o: CFLAGS += -O3
 $(BUILD)/sim/contact/%.o: CFLAGS += -O3
 else ifeq ($(config),debug)
 CFLAGS += -O0
+CPPFLAGS += -DTOILE_JUDGE # every frame, by the exact check
 else ifeq ($(config),sanitize)
 CFLAGS += -O1 -fsanitize=address,undefined -fno-omit-frame-pointer -fno-sanitize-recover=undefined
 LDFLAGS += -fsanitize=address,undefined

@@ -242,6 +242,26 @@ bool system_create(System *system, const Scene *scene, uint64_t seed, Arena *are
     return create_handles(system, error);
 }
 
+long system_crossings(const System *system, const State *state) {
+    Arena arena = {0};
+    CrossingMesh mesh = system_mesh(system, state->x, &arena);
+    long crossings = (long)crossing_count_self(&mesh, &arena).count;
+    for (int o = 0; o < system->contact.obstacle_count; o++) {
+        Pose pose = state->contact.poses[o];
+        const ContactObstacle *obstacle = &system->contact.obstacles[o];
+        if (obstacle->mesh) {
+            CrossingMesh other =
+                system_obstacle_mesh(system, o, pose, state->contact.clocks[o], &arena);
+            crossings += (long)crossing_count_between(&mesh, &other, &arena).count;
+            crossings += obstacle->mesh->closed && crossing_point_inside(&other, mesh.vertices);
+        } else {
+            crossings += (long)crossing_count_solid(&mesh, &obstacle->solid, pose).count;
+        }
+    }
+    arena_free(&arena);
+    return crossings;
+}
+
 State state_allocate(const System *system, Arena *arena) {
     int n = 3 * system->place_count, o = system->contact.obstacle_count;
     int pairs = system_has_contact(system) ? CONTACT_MEMORY_PER_VERTEX * system->node_count : 0;

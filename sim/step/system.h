@@ -79,6 +79,10 @@ bool system_create(System *system, const Scene *scene, uint64_t seed, Arena *are
 
 State state_allocate(const System *system, Arena *arena);
 void state_copy(const System *system, State *to, const State *from);
+/* Triangles that cross: cloth with itself, other cloth and every obstacle; exact, and slow. A closed
+ * mesh with the first node inside counts too. */
+long system_crossings(const System *system, const State *state);
+
 /* Start of the scene: positions, velocities, obstacles at t = 0. */
 void state_start(const System *system, State *state);
 

@@ -96,15 +96,6 @@ static bool all_finite(const System *system, const State *s) {
     return true;
 }
 
-/* pairs of triangles that cross now */
-static long crossings_of(const System *system, const State *s) {
-    Arena arena = {0};
-    CrossingMesh mesh = system_mesh(system, s->x, &arena);
-    long count = (long)crossing_count_self(&mesh, &arena).count;
-    arena_free(&arena);
-    return count;
-}
-
 /* true when the run behaved */
 static bool run_case(const StressCase *c, const Stepper *stepper, FILE *table) {
     Bench b = {0};
@@ -136,7 +127,7 @@ static bool run_case(const StressCase *c, const Stepper *stepper, FILE *table) {
         ok = stepper->advance(&b.system, data, &s, (done + 1) / c->rate, &statistics, &error);
         cpu += cpu_now() - start;
         if (b.scene.solver.self_contact && all_finite(&b.system, &s)) {
-            crossings += crossings_of(&b.system, &s);
+            crossings += system_crossings(&b.system, &s);
         }
     }
     double kinetic =

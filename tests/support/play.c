@@ -24,24 +24,7 @@ void play_to(Play *play, double time) {
 }
 
 long play_crossings(const Play *play) {
-    const System *system = &play->sim.system;
-    Arena arena = {0};
-    CrossingMesh mesh = system_mesh(system, play->sim.state.x, &arena);
-    long crossings = (long)crossing_count_self(&mesh, &arena).count;
-    for (int o = 0; o < system->contact.obstacle_count; o++) {
-        Pose pose = play->sim.state.contact.poses[o];
-        const ContactObstacle *obstacle = &system->contact.obstacles[o];
-        if (obstacle->mesh) {
-            CrossingMesh other =
-                system_obstacle_mesh(system, o, pose, play->sim.state.contact.clocks[o], &arena);
-            crossings += (long)crossing_count_between(&mesh, &other, &arena).count;
-            crossings += obstacle->mesh->closed && crossing_point_inside(&other, mesh.vertices);
-        } else {
-            crossings += (long)crossing_count_solid(&mesh, &obstacle->solid, pose).count;
-        }
-    }
-    arena_free(&arena);
-    return crossings;
+    return system_crossings(&play->sim.system, &play->sim.state);
 }
 
 void play_end(Play *play) {
