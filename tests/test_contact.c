@@ -249,7 +249,8 @@ static const char folded[] =
     "toile: 1\nfilm: {rate: 30, seconds: 4}\ncloth:\n  sheet:\n"
     "    shape: {rectangle: {width: 60 cm, height: 60 cm}}\n    " FABRIC
     "    nodes: 21 x 21\n    at: [0, 0, 31 cm]\n    turn: {axis: x, by: 90 deg}\n"
-    "    noise: 1 mm\n    bending_damping: 0 s\nobstacles:\n  floor: {plane: {}, friction: 0.3}\n"
+    "    noise: 1 mm\n    bending_damping: 0 s\n    membrane_damping: 0 s\nobstacles:\n  floor: "
+    "{plane: {}, friction: 0.3}\n"
     "solver: {stepper: central}\n";
 
 /* dropped on its edge: a heap, no crossing, energy accounted for, and the same bits for any

@@ -1,4 +1,5 @@
 /* Steppers: energy, momentum, free fall, the same bits for any number of threads. */
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -80,6 +81,35 @@ static void test_energy(void **unused) {
     }
     CHECK_AT_MOST(rise, 0.0);
     run_end(&r);
+}
+
+/* a standing wave along a strip: damping of the membrane takes exp(-tau omega^2 t) of its energy,
+ * with the tau that was wished or the longest stable one */
+static void test_membrane_damping(void **unused) {
+    (void)unused;
+    const double wished[2] = {1e-6, 1e-3}, pi = 3.14159265358979, time = 0.1;
+    const int cells = 40, wave = 4;
+    for (int k = 0; k < 2; k++) {
+        Run r = {0};
+        r.bench.cloth =
+            cloths_rectangle(0.4, 0.1, cells + 1, 11, cloths_fabric(0.15, 1e3, 0, 0, 0));
+        r.bench.cloth.membrane_damping = wished[k];
+        r.bench.scene = cloths_scene(&r.bench.cloth);
+        r.bench.scene.gravity = vec3(0, 0, 0);
+        bench_build(&r.bench, 0);
+        run_start(&r, "central", 0.0);
+        const Cloth *cloth = &r.bench.system.cloths[0];
+        for (int i = 0; i < r.bench.system.node_count; i++) {
+            r.state.v[3 * i] = 1e-3 * cos(pi * wave * (i % (cells + 1)) / cells);
+        }
+        double start = total_energy(&r), c = sqrt(1e3 / 0.15);
+        double omega = 2.0 * c * cells / 0.4 * sin(0.5 * pi * wave / cells);
+        run_to(&r, time);
+        double tau = sweep_membrane_time(cloth->lattice, 0.15, wished[k], r.statistics.step_length);
+        assert_true(k == 0 ? tau == wished[k] : tau < wished[k]);
+        CHECK_NEAR(total_energy(&r) / start, exp(-tau * omega * omega * time), 0.01);
+        run_end(&r);
+    }
 }
 
 /* free flight of a shaken, thrown sheet: momentum and angular momentum */
@@ -232,9 +262,10 @@ static void test_static(void **unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_energy),    cmocka_unit_test(test_momentum),
-        cmocka_unit_test(test_free_fall), cmocka_unit_test(test_incline),
-        cmocka_unit_test(test_threads),   cmocka_unit_test(test_static),
+        cmocka_unit_test(test_energy),   cmocka_unit_test(test_membrane_damping),
+        cmocka_unit_test(test_momentum), cmocka_unit_test(test_free_fall),
+        cmocka_unit_test(test_incline),  cmocka_unit_test(test_threads),
+        cmocka_unit_test(test_static),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

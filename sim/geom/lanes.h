@@ -16,9 +16,10 @@ typedef struct Lanes {
     int slot_count;
     double *x[3];    /* [m] */
     double *bent[3]; /* [m] where the curvature is taken: x, or a little ahead of it (damping) */
-    double *v[3];    /* [m/s] */
-    double *f[3];    /* [N] forces from outside the cloth models; zero when nothing acts */
-    double *weight;  /* [1/kg] inverse inertia in a kick; 0 in free slots */
+    double *stretched[3]; /* [m] where the stretch is taken, likewise */
+    double *v[3];         /* [m/s] */
+    double *f[3];         /* [N] forces from outside the cloth models; zero when nothing acts */
+    double *weight;       /* [1/kg] inverse inertia in a kick; 0 in free slots */
 } Lanes;
 
 static inline int lanes_row_stride(int nu) { return (nu + 2 * LANE_MARGIN + 7) / 8 * 8; }
@@ -27,7 +28,7 @@ static inline Lanes lanes_create(int slot_count, Arena *arena) {
     Lanes lanes = {.slot_count = slot_count};
     for (int c = 0; c < 3; c++) {
         lanes.x[c] = arena_push(arena, double, slot_count);
-        lanes.bent[c] = lanes.x[c];
+        lanes.bent[c] = lanes.stretched[c] = lanes.x[c];
         lanes.v[c] = arena_push(arena, double, slot_count);
         lanes.f[c] = arena_push(arena, double, slot_count);
     }

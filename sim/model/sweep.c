@@ -46,7 +46,7 @@ void sweep_wrap_rows(const SweepLattice *l, double *const x[3]) {
     }
 }
 
-/* of tau omega_b^2 dt: leapfrog wants dt^2 omega^2 + 2 tau omega_b^2 dt < 4 */
+/* of tau omega^2 dt of bending or of the membrane: leapfrog wants dt^2 omega^2 + 2 tau omega_b^2 dt < 4 */
 #define DAMPING_SHARE 0.1
 
 /* a quarter of density times the square of the fastest bending frequency [N/m3] */
@@ -56,12 +56,23 @@ static double bending_limit(const SweepLattice *l) {
            (l->d11 / (h1 * h1) + l->d22 / (h2 * h2) + (2.0 * l->d12 + 4.0 * l->d66) / (h1 * h2));
 }
 
-double sweep_stable_step(const SweepLattice *l, double density) {
-    double membrane = fmax(l->c11 / (l->h1 * l->h1), l->c22 / (l->h2 * l->h2));
-    return sqrt(density / (membrane + bending_limit(l)));
+static double membrane_limit(const SweepLattice *l) {
+    return fmax(l->c11 / (l->h1 * l->h1), l->c22 / (l->h2 * l->h2));
 }
 
-double sweep_damping_time(const SweepLattice *l, double density, double wished, double dt) {
-    double fastest2 = 4.0 * bending_limit(l) / density;
+double sweep_stable_step(const SweepLattice *l, double density) {
+    return sqrt(density / (membrane_limit(l) + bending_limit(l)));
+}
+
+static double damping_time(double limit, double density, double wished, double dt) {
+    double fastest2 = 4.0 * limit / density;
     return fmin(wished, DAMPING_SHARE / (fastest2 * dt));
+}
+
+double sweep_bending_time(const SweepLattice *l, double density, double wished, double dt) {
+    return damping_time(bending_limit(l), density, wished, dt);
+}
+
+double sweep_membrane_time(const SweepLattice *l, double density, double wished, double dt) {
+    return damping_time(membrane_limit(l), density, wished, dt);
 }

@@ -60,10 +60,11 @@ void sweep_wrap_rows(const SweepLattice *lattice, double *const x[3]);
  * (explicit.md 2), for `density` [kg/m2]. */
 double sweep_stable_step(const SweepLattice *lattice, double density);
 
-/* [s] time tau by which the curvature may be taken ahead of the motion, at x + tau v: a damping
- * tau K_b of bending alone, which keeps momentum. At most `wished`; bounded so that steps of dt
- * stay stable. (A rigid turn of bent cloth is damped too, by D tau |omega x kappa|^2 per area:
- * some 1e-4 W/m2 for cloth that swings.) */
-double sweep_damping_time(const SweepLattice *lattice, double density, double wished, double dt);
+/* [s] times tau by which curvature and stretch may be taken ahead of the motion, at x + tau v: a
+ * damping tau K of bending, or of the membrane, which keeps momentum. At most `wished`; bounded so
+ * that steps of dt stay stable. (A rigid turn of bent cloth is damped too, by
+ * D tau |omega x kappa|^2 per area: some 1e-4 W/m2 for cloth that swings.) */
+double sweep_bending_time(const SweepLattice *lattice, double density, double wished, double dt);
+double sweep_membrane_time(const SweepLattice *lattice, double density, double wished, double dt);
 
 #endif

@@ -74,8 +74,8 @@ static int whole(int count) { return (count + WHOLE_VECTORS - 1) & -WHOLE_VECTOR
 static void cell_row(const SweepLattice *l, const Lanes *lanes, int j, CellRow *cells) {
     int cell_count = l->wrap ? l->nu : l->nu - 1;
     size_t at = (size_t)l->first + (size_t)j * (size_t)l->stride;
-    const double *restrict xa = lanes->x[0] + at, *restrict ya = lanes->x[1] + at;
-    const double *restrict za = lanes->x[2] + at;
+    const double *restrict xa = lanes->stretched[0] + at, *restrict ya = lanes->stretched[1] + at;
+    const double *restrict za = lanes->stretched[2] + at;
     const double *restrict xb = xa + l->stride, *restrict yb = ya + l->stride;
     const double *restrict zb = za + l->stride;
     double *restrict sx = cells->s[0], *restrict sy = cells->s[1], *restrict sz = cells->s[2];

@@ -20,6 +20,7 @@ ClothDef cloth_default(void) {
                       .grid_turn = NAN,
                       .pose = pose_identity(),
                       .bending_damping = 5e-3,
+                      .membrane_damping = 1e-4,
                       .kinematics = KINEMATICS_GREEN,
                       .bending = BENDING_AUTO};
 }

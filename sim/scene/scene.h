@@ -93,9 +93,12 @@ typedef struct ClothDef {
     Vec3 velocity;     /* [m/s] at the start; 0 */
     double noise;      /* [m] amplitude of seeded out-of-plane noise at the start; 0 */
     double damping;    /* [1/s] mass damping; 0 */
-    double bending_damping; /* [s] of the fabric: moment per rate of curvature / bending stiffness;
+    double bending_damping;  /* [s] of the fabric: moment per rate of curvature / bending stiffness;
                                explicit stepper on lattices; 5 ms (loss factors of 0.3 to 1 in
                                bending at the 10 Hz of falling folds) */
+    double membrane_damping; /* [s] membrane force per rate of strain / membrane stiffness; explicit
+                                stepper on lattices; 0.1 ms (a loss factor of 0.1 at 150 Hz), and
+                                never more than keeps the step stable */
     KinematicsKind kinematics; /* green */
     BendingKind bending;       /* auto */
     bool hysteresis;           /* yarns stick and slip, by 2HB and 2HG of the fabric; false */

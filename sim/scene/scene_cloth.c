@@ -214,6 +214,8 @@ static const Field cloth_fields[] = {
      .help = "mass damping"},
     {"bending_damping", FIELD_NUMBER, AT(bending_damping), .unit = "s", .min = 0.0, .max = 1.0,
      .help = "damping inside the fabric: moment per rate of curvature / bending stiffness"},
+    {"membrane_damping", FIELD_NUMBER, AT(membrane_damping), .unit = "s", .min = 0.0, .max = 1.0,
+     .help = "the same in its plane: force per rate of strain / stiffness"},
     {"kinematics", FIELD_WORD, AT(kinematics), .words = kinematics_words, .help = "strain"},
     {"bending", FIELD_WORD, AT(bending), .words = bending_words,
      .help = "curvature; each model knows some of these"},

@@ -17,6 +17,13 @@ typedef struct Placed {
     Pose pose;
 } Placed;
 
+/* Damping inside the fabrics: a force of the cloth is taken at places ahead of its motion. */
+typedef struct Lead {
+    double (*limit)(const SweepLattice *lattice, double density, double wished, double dt);
+    double *wished, *time; /* [s] (cloth_count) */
+    double *place[3];      /* [m] (slot_count) */
+} Lead;
+
 struct Explicit {
     const System *system;
     const SweepKernel *kernel;
@@ -34,12 +41,11 @@ struct Explicit {
     double *targets;  /* [m] (place_count x 3) of held places */
     Placed *placed;   /* (handle_count) what the targets are made of */
     bool targets_known;
-    double *v_held;       /* [m/s] (place_count x 3) of held places before a kick */
-    Contact *contact;     /* NULL: nothing can touch */
-    double *damping_time; /* [s] (cloth_count) see sweep_damping_time */
-    double *bent[3];      /* [m] places for lanes.bent */
-    double air_work;      /* [J] of this interval */
-    double limit;         /* [s] */
+    double *v_held;   /* [m/s] (place_count x 3) of held places before a kick */
+    Contact *contact; /* NULL: nothing can touch */
+    Lead bending, membrane;
+    double air_work; /* [J] of this interval */
+    double limit;    /* [s] */
 };
 
 static void place_lattice(Explicit *e, int c, int *slots) {
@@ -96,6 +102,19 @@ static void place_all(Explicit *e) {
     e->chunk_speed = arena_push(system->arena, double, chunks);
 }
 
+static Lead lead_create(const Explicit *e,
+                        double (*limit)(const SweepLattice *, double, double, double)) {
+    Arena *arena = e->system->arena;
+    int cloths = e->system->cloth_count;
+    Lead lead = {.limit = limit,
+                 .wished = arena_push(arena, double, cloths),
+                 .time = arena_push(arena, double, cloths)};
+    for (int a = 0; a < 3; a++) {
+        lead.place[a] = arena_push(arena, double, e->lanes.slot_count);
+    }
+    return lead;
+}
+
 Explicit *explicit_create(const System *system) {
     Explicit *e = arena_push(system->arena, Explicit, 1);
     e->system = system;
@@ -112,10 +131,8 @@ Explicit *explicit_create(const System *system) {
         e->contact = contact_create(&system->contact, system->arena);
     }
     e->limit = system_stable_step(system);
-    e->damping_time = arena_push(system->arena, double, system->cloth_count);
-    for (int a = 0; a < 3; a++) {
-        e->bent[a] = arena_push(system->arena, double, e->lanes.slot_count);
-    }
+    e->bending = lead_create(e, sweep_bending_time);
+    e->membrane = lead_create(e, sweep_membrane_time);
     return e;
 }
 
@@ -211,50 +228,59 @@ static void kick_scattered(Explicit *e, int c, const SweepKick *kick) {
     }
 }
 
-/* where the curvature of damped cloth is taken: ahead of the motion */
-static void lead_bending(Explicit *e, int c) {
+/* places of damped cloth ahead of its motion; the others stay where `lead_start` put them */
+static void lead(const Explicit *e, const Lead *lead, int c, double *const taken[3]) {
     const SweepLattice *l = &e->lattices[c];
-    double ahead = e->damping_time[c];
-    if (l->nu == 0 || e->lanes.bent[0] == e->lanes.x[0]) {
+    double ahead = lead->time[c];
+    if (ahead <= 0.0) {
         return;
     }
     int begin = l->first - l->stride - LANE_MARGIN, count = (l->nv + 2) * l->stride;
     for (int a = 0; a < 3; a++) {
         const double *restrict x = e->lanes.x[a] + begin, *restrict v = e->lanes.v[a] + begin;
-        double *restrict bent = e->lanes.bent[a] + begin;
+        double *restrict out = taken[a] + begin;
 #pragma omp simd
         for (int i = 0; i < count; i++) {
-            bent[i] = x[i] + ahead * v[i];
+            out[i] = x[i] + ahead * v[i];
         }
     }
-    sweep_wrap_rows(l, e->lanes.bent);
+    sweep_wrap_rows(l, taken);
+}
+
+/* chooses `taken` for steps of dt: the places of the lead where some cloth is damped, else x */
+static void lead_start(Explicit *e, Lead *lead, double dt, double *taken[3]) {
+    bool damped = false;
+    for (int c = 0; c < e->system->cloth_count; c++) {
+        double density = e->system->cloths[c].material.density;
+        bool possible = e->lattices[c].nu > 0 && lead->wished[c] > 0.0;
+        lead->time[c] = possible ? lead->limit(&e->lattices[c], density, lead->wished[c], dt) : 0.0;
+        damped = damped || possible;
+    }
+    for (int a = 0; a < 3; a++) {
+        taken[a] = damped ? lead->place[a] : e->lanes.x[a];
+        if (damped) { /* cloth without damping keeps its positions there */
+            memcpy(lead->place[a], e->lanes.x[a], (size_t)e->lanes.slot_count * sizeof(double));
+        }
+    }
 }
 
 /* damping of the fabrics for steps of dt */
 static void set_damping(Explicit *e, const ExplicitRun *run) {
-    bool damped = false;
     for (int c = 0; c < e->system->cloth_count; c++) {
-        const Cloth *cloth = &e->system->cloths[c];
-        double wished = run->kinetic_damping ? 0.0 : cloth->def->bending_damping;
-        bool possible = e->lattices[c].nu > 0 && wished > 0.0;
-        e->damping_time[c] =
-            possible ? sweep_damping_time(&e->lattices[c], cloth->material.density, wished, run->dt)
-                     : 0.0;
-        damped = damped || possible;
+        const ClothDef *def = e->system->cloths[c].def;
+        e->bending.wished[c] = run->kinetic_damping ? 0.0 : def->bending_damping;
+        e->membrane.wished[c] = run->kinetic_damping ? 0.0 : def->membrane_damping;
     }
-    for (int a = 0; a < 3; a++) {
-        e->lanes.bent[a] = damped ? e->bent[a] : e->lanes.x[a];
-        if (damped) { /* cloth without damping keeps its positions there */
-            memcpy(e->bent[a], e->lanes.x[a], (size_t)e->lanes.slot_count * sizeof(double));
-        }
-    }
+    lead_start(e, &e->bending, run->dt, e->lanes.bent);
+    lead_start(e, &e->membrane, run->dt, e->lanes.stretched);
 }
 
 static void kick(Explicit *e, double dt) {
     for (int c = 0; c < e->system->cloth_count; c++) {
         const Cloth *cloth = &e->system->cloths[c];
         SweepKick kick_one = kick_of(e, c, dt);
-        lead_bending(e, c);
+        lead(e, &e->bending, c, e->lanes.bent);
+        lead(e, &e->membrane, c, e->lanes.stretched);
         bool air = e->system->scene->air.normal_drag > 0.0;
         if (air) {
             e->air_work += dt * air_add_push(&e->system->scene->air, cloth, &e->lanes,

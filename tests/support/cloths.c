@@ -32,7 +32,7 @@ Fabric cloths_orthotropic(void) {
 
 ClothDef cloths_rectangle(double width, double height, int nu, int nv, Fabric fabric) {
     ClothDef def = cloth_default();
-    def.bending_damping = 0.0; /* energy is compared */
+    def.bending_damping = def.membrane_damping = 0.0; /* energy is compared */
     def.name = "cloth";
     def.shape.kind = SHAPE_RECTANGLE;
     def.shape.width = width;

@@ -46,7 +46,7 @@ void bench_build_seeded(Bench *b, int handle_count, uint64_t seed) {
 static void start_bench(Bench *b) {
     memset(b, 0, sizeof *b);
     b->cloth = cloth_default();
-    b->cloth.bending_damping = 0.0;
+    b->cloth.bending_damping = b->cloth.membrane_damping = 0.0;
     b->scene = cloths_scene(&b->cloth);
     b->handles[0] = b->handles[1] = handle_default();
 }
