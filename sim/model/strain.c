@@ -34,8 +34,23 @@ const StrainKind strain_triangle = {.slope_count = 2,
 
 typedef double Slopes[STRAIN_MAX_SLOPES][3];
 
-static void slopes_of(const StrainSamples *s, int sample, const double *x, Slopes v) {
-    int slopes = s->kind->slope_count;
+/* What loops over slopes and strains is made once for each kind, which is then a constant: the loops
+ * unroll and cost half. */
+#define FOR_ONE_KIND static inline __attribute__((always_inline)) void
+#define BY_KIND(function, samples, ...)                                                            \
+    do {                                                                                           \
+        if ((samples)->kind == &strain_lattice) {                                                  \
+            function(samples, &strain_lattice, __VA_ARGS__);                                       \
+        } else if ((samples)->kind == &strain_triangle) {                                          \
+            function(samples, &strain_triangle, __VA_ARGS__);                                      \
+        } else {                                                                                   \
+            function(samples, &strain_scattered, __VA_ARGS__);                                     \
+        }                                                                                          \
+    } while (0)
+
+FOR_ONE_KIND slopes_of(const StrainSamples *s, const StrainKind *kind, int sample, const double *x,
+                       Slopes v) {
+    int slopes = kind->slope_count;
     for (int p = 0; p < slopes; p++) {
         v[p][0] = v[p][1] = v[p][2] = 0.0;
     }
@@ -54,7 +69,7 @@ static double dot3(const double *a, const double *b) {
 }
 
 /* quadratic part of the strains (without the rest values) */
-static void quadratic_strains(const StrainKind *kind, Slopes v, double *strain) {
+FOR_ONE_KIND quadratic_strains(const StrainKind *kind, Slopes v, double *strain) {
     for (int k = 0; k < kind->strain_count; k++) {
         strain[k] = 0.0;
         for (int t = 0; t < 2 && kind->terms[k][t].c != 0.0; t++) {
@@ -63,15 +78,16 @@ static void quadratic_strains(const StrainKind *kind, Slopes v, double *strain) 
     }
 }
 
-static void stress_of(const StrainSamples *s, int sample, const double *strain, double *stress) {
+FOR_ONE_KIND stress_of(const StrainSamples *s, const StrainKind *kind, int sample,
+                       const double *strain, double *stress) {
     stress[0] = s->c11 * strain[0] + s->c12 * strain[1];
     stress[1] = s->c12 * strain[0] + s->c22 * strain[1];
     stress[2] = s->c66 * strain[2];
-    if (s->kind == &strain_triangle) {
+    if (kind == &strain_triangle) {
         return;
     }
     const double *glass = s->hourglass + 3 * (size_t)sample;
-    if (s->kind == &strain_lattice) {
+    if (kind == &strain_lattice) {
         stress[3] = glass[0] * strain[3];
         stress[4] = glass[0] * strain[4];
         return;
@@ -117,7 +133,7 @@ static void sample_state(const StrainSamples *s, int sample, Slopes v, double *s
     if (s->corotational) {
         corotational_strains(strain, u);
     }
-    stress_of(s, sample, strain, stress);
+    stress_of(s, s->kind, sample, strain, stress);
 }
 
 double strain_energy(const StrainSamples *s, const double *x) {
@@ -125,7 +141,7 @@ double strain_energy(const StrainSamples *s, const double *x) {
     for (int i = 0; i < s->sample_count; i++) {
         Slopes v;
         double strain[STRAIN_MAX_STRAINS] = {0}, stress[STRAIN_MAX_STRAINS] = {0}, density = 0.0;
-        slopes_of(s, i, x, v);
+        slopes_of(s, s->kind, i, x, v);
         sample_state(s, i, v, strain, stress);
         for (int k = 0; k < s->kind->strain_count; k++) {
             density += 0.5 * strain[k] * stress[k];
@@ -136,28 +152,29 @@ double strain_energy(const StrainSamples *s, const double *x) {
 }
 
 /* the stress that multiplies d(Green strain) */
-static void green_stress(const StrainSamples *s, int sample, Slopes v, double *stress) {
+FOR_ONE_KIND green_stress(const StrainSamples *s, const StrainKind *kind, int sample, Slopes v,
+                          double *stress) {
     double strain[STRAIN_MAX_STRAINS] = {0}, u[3];
-    quadratic_strains(s->kind, v, strain);
-    for (int k = 0; k < s->kind->strain_count; k++) {
-        strain[k] -= s->kind->rest[k];
+    quadratic_strains(kind, v, strain);
+    for (int k = 0; k < kind->strain_count; k++) {
+        strain[k] -= kind->rest[k];
     }
     if (!s->corotational) {
-        stress_of(s, sample, strain, stress);
+        stress_of(s, kind, sample, strain, stress);
         return;
     }
     corotational_strains(strain, u);
-    stress_of(s, sample, strain, stress);
+    stress_of(s, kind, sample, strain, stress);
     corotational_stress(u, stress);
 }
 
-void strain_add_gradient(const StrainSamples *s, const double *x, double *gradient) {
-    const StrainKind *kind = s->kind;
+FOR_ONE_KIND add_gradient(const StrainSamples *s, const StrainKind *kind, const double *x,
+                          double *gradient) {
     for (int i = 0; i < s->sample_count; i++) {
         Slopes v, g = {{0}};
         double stress[STRAIN_MAX_STRAINS];
-        slopes_of(s, i, x, v);
-        green_stress(s, i, v, stress);
+        slopes_of(s, kind, i, x, v);
+        green_stress(s, kind, i, v, stress);
         for (int k = 0; k < kind->strain_count; k++) {
             for (int t = 0; t < 2 && kind->terms[k][t].c != 0.0; t++) {
                 int p = kind->terms[k][t].p, q = kind->terms[k][t].q;
@@ -180,29 +197,42 @@ void strain_add_gradient(const StrainSamples *s, const double *x, double *gradie
     }
 }
 
-void strain_stress(const StrainSamples *s, const double *x, double *stress) {
+void strain_add_gradient(const StrainSamples *samples, const double *x, double *gradient) {
+    BY_KIND(add_gradient, samples, x, gradient);
+}
+
+FOR_ONE_KIND find_stress(const StrainSamples *s, const StrainKind *kind, const double *x,
+                         double *stress) {
     for (int i = 0; i < s->sample_count; i++) {
         Slopes v;
-        slopes_of(s, i, x, v);
-        green_stress(s, i, v, stress + (size_t)i * (size_t)s->kind->strain_count);
+        slopes_of(s, kind, i, x, v);
+        green_stress(s, kind, i, v, stress + (size_t)i * (size_t)kind->strain_count);
     }
 }
 
-void strain_predict_stress(const StrainSamples *s, const double *x_new, const double *dx,
-                           double *stress) {
-    int strains = s->kind->strain_count;
+void strain_stress(const StrainSamples *samples, const double *x, double *stress) {
+    BY_KIND(find_stress, samples, x, stress);
+}
+
+FOR_ONE_KIND predict_stress(const StrainSamples *s, const StrainKind *kind, const double *x_new,
+                            const double *dx, double *stress) {
     for (int i = 0; i < s->sample_count; i++) {
         Slopes v, dv;
         double strain[STRAIN_MAX_STRAINS] = {0}, quadratic[STRAIN_MAX_STRAINS] = {0};
-        slopes_of(s, i, x_new, v);
-        slopes_of(s, i, dx, dv);
-        quadratic_strains(s->kind, v, strain);
-        quadratic_strains(s->kind, dv, quadratic);
-        for (int k = 0; k < strains; k++) {
-            strain[k] -= s->kind->rest[k] + quadratic[k];
+        slopes_of(s, kind, i, x_new, v);
+        slopes_of(s, kind, i, dx, dv);
+        quadratic_strains(kind, v, strain);
+        quadratic_strains(kind, dv, quadratic);
+        for (int k = 0; k < kind->strain_count; k++) {
+            strain[k] -= kind->rest[k] + quadratic[k];
         }
-        stress_of(s, i, strain, stress + (size_t)i * (size_t)strains);
+        stress_of(s, kind, i, strain, stress + (size_t)i * (size_t)kind->strain_count);
     }
+}
+
+void strain_predict_stress(const StrainSamples *samples, const double *x_new, const double *dx,
+                           double *stress) {
+    BY_KIND(predict_stress, samples, x_new, dx, stress);
 }
 
 /* calls `use` for every lower pair (a >= b in the sample's order) of solved nodes */
@@ -259,15 +289,15 @@ static void clamp_positive(double *a, double *d, double *b) {
     *a = scale * (*a - low), *d = scale * (*d - low), *b *= scale;
 }
 
-/* The two kinds of samples have constant numbers of slopes and strains: inlined with them, the
- * loops below unroll and cost half. */
-#define FIXED_SIZES static inline __attribute__((always_inline)) void
+/* A 3 x 3 block, row-major, and a free place: whole vectors of two. */
+typedef double PaddedBlock[10];
+enum { PADDED = 10 };
 
-/* B'CB + geometric part in slope space: h is (3 slopes x 3 slopes), row-major */
-FIXED_SIZES slope_hessian(const StrainSamples *s, int sample, Slopes v, const double *sigma,
-                          bool definite, int slopes, int strains, double *h) {
-    const StrainKind *kind = s->kind;
-    int size = 3 * slopes;
+/* B'CB + geometric part in slope space: block (p, q) of h couples slopes p and q */
+FOR_ONE_KIND slope_hessian(const StrainSamples *s, const StrainKind *kind, int sample, Slopes v,
+                           const double *sigma, bool definite,
+                           PaddedBlock h[STRAIN_MAX_SLOPES][STRAIN_MAX_SLOPES]) {
+    const int slopes = kind->slope_count, strains = kind->strain_count;
     double b[STRAIN_MAX_STRAINS][3 * STRAIN_MAX_SLOPES] = {{0}};
     double cb[3 * STRAIN_MAX_SLOPES][STRAIN_MAX_STRAINS];
     double g[STRAIN_MAX_SLOPES][STRAIN_MAX_SLOPES] = {{0}};
@@ -289,39 +319,43 @@ FIXED_SIZES slope_hessian(const StrainSamples *s, int sample, Slopes v, const do
             }
         }
     }
-    for (int j = 0; j < size; j++) {
-        double column[STRAIN_MAX_STRAINS] = {0};
+    for (int j = 0; j < 3 * slopes; j++) {
+        double column[STRAIN_MAX_STRAINS];
         for (int k = 0; k < strains; k++) {
             column[k] = b[k][j];
         }
-        stress_of(s, sample, column, cb[j]);
+        stress_of(s, kind, sample, column, cb[j]);
     }
     double area = s->area[sample];
-    for (int i = 0; i < size; i++) {
-        for (int j = 0; j <= i; j++) {
-            double sum = i % 3 == j % 3 ? g[i / 3][j / 3] : 0.0;
-            for (int k = 0; k < strains; k++) {
-                sum += b[k][i] * cb[j][k];
+    for (int p = 0; p < slopes; p++) {
+        for (int q = 0; q <= p; q++) {
+            for (int d = 0; d < 9; d++) {
+                double sum = d % 4 == 0 ? g[p][q] : 0.0;
+                for (int k = 0; k < strains; k++) {
+                    sum += b[k][3 * p + d / 3] * cb[3 * q + d % 3][k];
+                }
+                h[p][q][d] = h[q][p][3 * (d % 3) + d / 3] = area * sum;
             }
-            h[i * size + j] = h[j * size + i] = area * sum;
+            h[p][q][9] = h[q][p][9] = 0.0;
         }
     }
 }
 
 /* blocks r_a' H r_b of all pairs of one sample's nodes */
-FIXED_SIZES add_blocks(const StrainSamples *s, int sample, const double *h, int slopes,
-                       double *values) {
-    int size = 3 * slopes;
+FOR_ONE_KIND add_blocks(const StrainSamples *s, int sample,
+                        PaddedBlock h[STRAIN_MAX_SLOPES][STRAIN_MAX_SLOPES], int slopes,
+                        double *values) {
     const BlockPlace *place = s->places + s->place_start[sample];
     for (int a = s->start[sample]; a < s->start[sample + 1]; a++) {
         const double *row_a = s->row + (size_t)a * (size_t)slopes;
-        double half[3][3 * STRAIN_MAX_SLOPES] = {{0}}; /* r_a' H */
-        for (int p = 0; p < slopes; p++) {
-            for (int d = 0; d < 3; d++) {
-                const double *from = h + (size_t)(3 * p + d) * (size_t)size;
-                for (int j = 0; j < size; j++) {
-                    half[d][j] += row_a[p] * from[j];
+        PaddedBlock half[STRAIN_MAX_SLOPES]; /* r_a' H */
+        for (int q = 0; q < slopes; q++) {
+            for (int d = 0; d < PADDED; d++) {
+                double sum = row_a[0] * h[0][q][d];
+                for (int p = 1; p < slopes; p++) {
+                    sum += row_a[p] * h[p][q][d];
                 }
+                half[q][d] = sum;
             }
         }
         for (int b = s->start[sample]; b <= a; b++, place++) {
@@ -329,37 +363,32 @@ FIXED_SIZES add_blocks(const StrainSamples *s, int sample, const double *h, int 
                 continue;
             }
             const double *row_b = s->row + (size_t)b * (size_t)slopes;
-            double block[9] = {0};
-            for (int q = 0; q < slopes; q++) {
-                for (int r = 0; r < 3; r++) {
-                    for (int c = 0; c < 3; c++) {
-                        block[3 * r + c] += half[r][3 * q + c] * row_b[q];
-                    }
+            PaddedBlock block;
+            for (int d = 0; d < PADDED; d++) {
+                double sum = row_b[0] * half[0][d];
+                for (int q = 1; q < slopes; q++) {
+                    sum += row_b[q] * half[q][d];
                 }
+                block[d] = sum;
             }
             block_add(values, *place, block);
         }
     }
 }
 
-FIXED_SIZES add_hessian(const StrainSamples *s, const double *x, const double *sigma, bool definite,
-                        int slopes, int strains, double *values) {
+FOR_ONE_KIND add_hessian(const StrainSamples *s, const StrainKind *kind, const double *x,
+                         const double *sigma, bool definite, double *values) {
     for (int i = 0; i < s->sample_count; i++) {
         Slopes v;
-        double h[9 * STRAIN_MAX_SLOPES * STRAIN_MAX_SLOPES];
-        slopes_of(s, i, x, v);
-        slope_hessian(s, i, v, sigma + (size_t)i * (size_t)strains, definite, slopes, strains, h);
-        add_blocks(s, i, h, slopes, values);
+        PaddedBlock h[STRAIN_MAX_SLOPES][STRAIN_MAX_SLOPES];
+        const double *stress = sigma + (size_t)i * (size_t)kind->strain_count;
+        slopes_of(s, kind, i, x, v);
+        slope_hessian(s, kind, i, v, stress, definite, h);
+        add_blocks(s, i, h, kind->slope_count, values);
     }
 }
 
 void strain_add_hessian(const StrainSamples *samples, const double *x, const double *stress,
                         bool definite, double *values) {
-    if (samples->kind == &strain_lattice) {
-        add_hessian(samples, x, stress, definite, 3, 5, values);
-    } else if (samples->kind == &strain_triangle) {
-        add_hessian(samples, x, stress, definite, 2, 3, values);
-    } else {
-        add_hessian(samples, x, stress, definite, 5, 9, values);
-    }
+    BY_KIND(add_hessian, samples, x, stress, definite, values);
 }
