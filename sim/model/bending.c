@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "sim/base/error.h"
+#include "sim/base/quad.h"
 #include "sim/model/bending_rest.h"
 
 typedef struct Term {
@@ -98,19 +99,22 @@ double bending_energy(const Bending *b, const double *x) {
     return energy;
 }
 
-void bending_add_gradient(const Bending *b, const double *x, double *gradient) {
+/* gradient += K x */
+QUADS static void add_product(const Bending *b, const double *x, double *gradient) {
     for (int i = 0; i < b->node_count; i++) {
-        double sum[3] = {0};
+        Quad sum = {0};
         for (int e = b->start[i]; e < b->start[i + 1]; e++) {
             const double *xj = x + 3 * (size_t)b->column[e];
-            for (int c = 0; c < 3; c++) {
-                sum[c] += b->value[e] * xj[c];
-            }
+            Quad at = {xj[0], xj[1], xj[2], 0.0};
+            sum += b->value[e] * at;
         }
-        for (int c = 0; c < 3; c++) {
-            gradient[3 * (size_t)i + (size_t)c] += sum[c];
-        }
+        double *out = gradient + 3 * (size_t)i;
+        out[0] += sum[0], out[1] += sum[1], out[2] += sum[2];
     }
+}
+
+void bending_add_gradient(const Bending *b, const double *x, double *gradient) {
+    add_product(b, x, gradient);
     bending_add_rest_gradient(b, x, gradient);
 }
 

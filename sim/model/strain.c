@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "sim/base/error.h"
+#include "sim/base/quad.h"
 
 /* slopes 0 F1, 1 F2, 2 k12 */
 const StrainKind strain_lattice = {
@@ -32,7 +33,7 @@ const StrainKind strain_triangle = {.slope_count = 2,
                                     .terms = {{{0, 0, 0.5}}, {{1, 1, 0.5}}, {{0, 1, 1.0}}},
                                     .rest = {0.5, 0.5}};
 
-typedef double Slopes[STRAIN_MAX_SLOPES][3];
+typedef Quad Slopes[STRAIN_MAX_SLOPES];
 
 /* What loops over slopes and strains is made once for each kind, which is then a constant: the loops
  * unroll and cost half. */
@@ -52,20 +53,15 @@ FOR_ONE_KIND slopes_of(const StrainSamples *s, const StrainKind *kind, int sampl
                        Slopes v) {
     int slopes = kind->slope_count;
     for (int p = 0; p < slopes; p++) {
-        v[p][0] = v[p][1] = v[p][2] = 0.0;
+        v[p] = (Quad){0};
     }
     for (int k = s->start[sample]; k < s->start[sample + 1]; k++) {
         const double *node = x + 3 * (size_t)s->node[k], *row = s->row + (size_t)k * (size_t)slopes;
+        Quad at = {node[0], node[1], node[2], 0.0};
         for (int p = 0; p < slopes; p++) {
-            v[p][0] += row[p] * node[0];
-            v[p][1] += row[p] * node[1];
-            v[p][2] += row[p] * node[2];
+            v[p] += row[p] * at;
         }
     }
-}
-
-static double dot3(const double *a, const double *b) {
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
 /* quadratic part of the strains (without the rest values) */
@@ -73,7 +69,8 @@ FOR_ONE_KIND quadratic_strains(const StrainKind *kind, Slopes v, double *strain)
     for (int k = 0; k < kind->strain_count; k++) {
         strain[k] = 0.0;
         for (int t = 0; t < 2 && kind->terms[k][t].c != 0.0; t++) {
-            strain[k] += kind->terms[k][t].c * dot3(v[kind->terms[k][t].p], v[kind->terms[k][t].q]);
+            Quad product = v[kind->terms[k][t].p] * v[kind->terms[k][t].q];
+            strain[k] += kind->terms[k][t].c * (product[0] + product[1] + product[2]);
         }
     }
 }
@@ -136,7 +133,7 @@ static void sample_state(const StrainSamples *s, int sample, Slopes v, double *s
     stress_of(s, s->kind, sample, strain, stress);
 }
 
-double strain_energy(const StrainSamples *s, const double *x) {
+QUADS double strain_energy(const StrainSamples *s, const double *x) {
     double energy = 0.0;
     for (int i = 0; i < s->sample_count; i++) {
         Slopes v;
@@ -179,25 +176,23 @@ FOR_ONE_KIND add_gradient(const StrainSamples *s, const StrainKind *kind, const 
             for (int t = 0; t < 2 && kind->terms[k][t].c != 0.0; t++) {
                 int p = kind->terms[k][t].p, q = kind->terms[k][t].q;
                 double factor = s->area[i] * stress[k] * kind->terms[k][t].c;
-                for (int c = 0; c < 3; c++) {
-                    g[p][c] += factor * v[q][c];
-                    g[q][c] += factor * v[p][c];
-                }
+                g[p] += factor * v[q];
+                g[q] += factor * v[p];
             }
         }
         for (int k = s->start[i]; k < s->start[i + 1]; k++) {
             double *out = gradient + 3 * (size_t)s->node[k];
             const double *row = s->row + (size_t)k * (size_t)kind->slope_count;
-            for (int p = 0; p < kind->slope_count; p++) {
-                out[0] += row[p] * g[p][0];
-                out[1] += row[p] * g[p][1];
-                out[2] += row[p] * g[p][2];
+            Quad sum = row[0] * g[0];
+            for (int p = 1; p < kind->slope_count; p++) {
+                sum += row[p] * g[p];
             }
+            out[0] += sum[0], out[1] += sum[1], out[2] += sum[2];
         }
     }
 }
 
-void strain_add_gradient(const StrainSamples *samples, const double *x, double *gradient) {
+QUADS void strain_add_gradient(const StrainSamples *samples, const double *x, double *gradient) {
     BY_KIND(add_gradient, samples, x, gradient);
 }
 
@@ -210,7 +205,7 @@ FOR_ONE_KIND find_stress(const StrainSamples *s, const StrainKind *kind, const d
     }
 }
 
-void strain_stress(const StrainSamples *samples, const double *x, double *stress) {
+QUADS void strain_stress(const StrainSamples *samples, const double *x, double *stress) {
     BY_KIND(find_stress, samples, x, stress);
 }
 
@@ -230,8 +225,8 @@ FOR_ONE_KIND predict_stress(const StrainSamples *s, const StrainKind *kind, cons
     }
 }
 
-void strain_predict_stress(const StrainSamples *samples, const double *x_new, const double *dx,
-                           double *stress) {
+QUADS void strain_predict_stress(const StrainSamples *samples, const double *x_new,
+                                 const double *dx, double *stress) {
     BY_KIND(predict_stress, samples, x_new, dx, stress);
 }
 
@@ -388,7 +383,7 @@ FOR_ONE_KIND add_hessian(const StrainSamples *s, const StrainKind *kind, const d
     }
 }
 
-void strain_add_hessian(const StrainSamples *samples, const double *x, const double *stress,
-                        bool definite, double *values) {
+QUADS void strain_add_hessian(const StrainSamples *samples, const double *x, const double *stress,
+                              bool definite, double *values) {
     BY_KIND(add_hessian, samples, x, stress, definite, values);
 }
