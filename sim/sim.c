@@ -16,9 +16,9 @@ static uint64_t run_hash(const Scene *scene, const SimOptions *options) {
     return hash_bytes(key, sizeof key);
 }
 
-static bool has_mesh(const Scene *scene) {
-    for (int i = 0; i < scene->obstacle_count; i++) {
-        if (scene->obstacles[i].mesh) {
+static bool has_moving_mesh(const System *system) {
+    for (int o = 0; o < system->contact.obstacle_count; o++) {
+        if (system->contact.obstacles[o].mesh && system->contact.obstacles[o].moves) {
             return true;
         }
     }
@@ -56,9 +56,9 @@ bool sim_create(Sim *sim, const Scene *scene, const SimOptions *options, Error *
         sim_destroy(sim);
         return false;
     }
-    if (sim->stepper->implicit && has_mesh(scene)) {
+    if (sim->stepper->implicit && has_moving_mesh(&sim->system)) {
         error_set(error, EXIT_BAD_INPUT,
-                  "%s: an obstacle is a mesh, which needs the stepper central, not %s", scene->path,
+                  "%s: a mesh moves, which needs the stepper central, not %s", scene->path,
                   sim->stepper->name);
         sim->stepper = NULL;
         sim_destroy(sim);

@@ -54,6 +54,36 @@ static void test_drape(void **unused) {
     }
 }
 
+/* still meshes on the implicit road: a drape by steps, and the equilibrium, which lies as high as
+ * what the explicit road comes to */
+static void test_implicit(void **unused) {
+    (void)unused;
+    const char *names[3] = {"bdf2", "static", "central"};
+    double height[3];
+    for (int k = 0; k < 3; k++) {
+        char text[2000];
+        Play play;
+        long crossings = 0;
+        snprintf(text, sizeof text,
+                 "toile: 1\nfilm: {rate: 30, seconds: 2}\ncloth:\n  sheet:\n    damping: 8 1/s\n"
+                 "    shape: {rectangle: {width: 30 cm, height: 30 cm}}\n    " FABRIC
+                 "    nodes: 11 x 11\nobstacles:\n  body: {mesh: {file: " MESHES
+                 "icosphere.obj, scale: 12 cm}, at: [0, 0, -12.5 cm]}\nsolver: {stepper: %s}\n",
+                 names[k]);
+        play_start(&play, text);
+        for (int f = 1; f <= (k == 1 ? 1 : 45); f++) {
+            play_to(&play, f / 30.0);
+            crossings += play_crossings(&play);
+        }
+        height[k] = play_mean_x(&play).z;
+        assert_true(k == 1 || play.sim.total.smallest_gap < 1e-3);
+        play_end(&play);
+        CHECK_AT_MOST((double)crossings, 0.0);
+    }
+    CHECK_NEAR(height[0], height[2], 0.002);
+    CHECK_NEAR(height[1], height[2], 0.002);
+}
+
 /* a fine ball pushed through hanging cloth at 1 and 5 m/s, and a turning L */
 static void test_driven(void **unused) {
     (void)unused;
@@ -154,9 +184,10 @@ static void test_refused(void **unused) {
     assert_true(scene_parse("play", inside, strlen(inside), NULL, &arena, &scene, &error));
     assert_false(sim_create(&sim, &scene, &options, &error));
     assert_non_null(strstr(error.text, "crosses obstacle 'body' at the start"));
-    const char *implicit =
-        SHEET "solver: {stepper: bdf2}\nobstacles:\n  body: {mesh: {file: " MESHES
-              "icosphere.obj, scale: 10 cm}, at: [0, 0, -20 cm]}\n";
+    const char *implicit = SHEET
+        "solver: {stepper: bdf2}\nobstacles:\n  body: {mesh: {file: " MESHES
+        "icosphere.obj, scale: 10 cm}, at: [0, 0, -20 cm], motion: [{move: {by: [0, 0, 1 cm], "
+        "from: 0 s, to: 1 s}}]}\n";
     error = (Error){0};
     assert_true(scene_parse("play", implicit, strlen(implicit), NULL, &arena, &scene, &error));
     assert_false(sim_create(&sim, &scene, &options, &error));
@@ -166,10 +197,10 @@ static void test_refused(void **unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_drape),   cmocka_unit_test(test_driven),
-        cmocka_unit_test(test_pinch),   cmocka_unit_test(test_animated),
-        cmocka_unit_test(test_refused), cmocka_unit_test(test_late),
-        cmocka_unit_test(test_awake),
+        cmocka_unit_test(test_drape),    cmocka_unit_test(test_driven),
+        cmocka_unit_test(test_implicit), cmocka_unit_test(test_pinch),
+        cmocka_unit_test(test_animated), cmocka_unit_test(test_refused),
+        cmocka_unit_test(test_late),     cmocka_unit_test(test_awake),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

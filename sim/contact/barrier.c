@@ -15,14 +15,38 @@ Barrier *barrier_create(const ContactDef *def, Arena *arena) {
                    .clocks = arena_push(arena, double, def->obstacle_count),
                    .next = arena_push(arena, Pose, def->obstacle_count),
                    .advance = arena_push(arena, double, def->obstacle_count)};
+    int places = b->clamp.near.places.count;
+    b->start = arena_push(arena, double, 3 * places);
+    b->x = arena_push(arena, double, 3 * places);
+    b->dx = arena_push(arena, double, 3 * places);
+    b->held = arena_push(arena, unsigned char, places);
+    memset(b->held + def->vertex_count, 1, (size_t)(places - def->vertex_count));
     return b;
+}
+
+/* cloth vertices come first; those of meshes stay */
+static void load_cloth(const Barrier *b, const double *from, double *to) {
+    memcpy(to, from, 3 * (size_t)b->def->vertex_count * sizeof *to);
+}
+
+static void place_meshes(Barrier *b, const ContactMemory *memory) {
+    const Places *places = &b->clamp.near.places;
+    for (int o = 0; o < b->def->obstacle_count; o++) {
+        size_t first = 3 * (size_t)places->mesh_first[o];
+        size_t end = 3 * (size_t)places->mesh_first[o + 1];
+        if (end > first) {
+            places_pose(&b->def->obstacles[o], memory->poses[o], memory->clocks[o], b->x + first);
+            memcpy(b->start + first, b->x + first, (end - first) * sizeof *b->x);
+        }
+    }
 }
 
 void barrier_begin(Barrier *b, const ContactMemory *memory, const double *x,
                    const unsigned char *held) {
     b->memory = memory;
-    b->start = x;
-    b->held = held;
+    load_cloth(b, x, b->start);
+    memcpy(b->held, held, (size_t)b->def->vertex_count);
+    place_meshes(b, memory);
     size_t obstacles = (size_t)b->def->obstacle_count;
     memcpy(b->poses, memory->poses, obstacles * sizeof *b->poses);
     memcpy(b->clocks, memory->clocks, obstacles * sizeof *b->clocks);
@@ -73,11 +97,13 @@ double barrier_work(const Barrier *b) {
 }
 
 BarrierReport barrier_look(Barrier *b, const double *x) {
-    meetings_find(b, x);
+    load_cloth(b, x, b->x);
+    meetings_find(b, b->x);
     BarrierReport report = {b->now.count, INFINITY, INFINITY};
     for (int i = 0; i < b->now.count; i++) {
         const Meeting *m = &b->now.items[i];
-        double *gap = m->obstacle < 0 ? &report.smallest_self_gap : &report.smallest_gap;
+        bool self = m->obstacle < 0 && !at_mesh(b, m);
+        double *gap = self ? &report.smallest_self_gap : &report.smallest_gap;
         *gap = fmin(*gap, m->foot.distance);
     }
     return report;
@@ -98,6 +124,9 @@ void barrier_add_gradient(const Barrier *b, double *g) {
         const Meeting *m = &b->now.items[i];
         Vec3 force = vec3_axpy(friction_of(m), m->force, m->foot.normal);
         for (int k = 0; k < m->count; k++) {
+            if (!is_cloth(b, m->place[k])) {
+                continue;
+            }
             double *at = g + 3 * (size_t)m->place[k];
             vec3_store(at, vec3_axpy(vec3_load(at), -m->foot.weight[k], force));
         }
@@ -146,6 +175,9 @@ static void add_meeting(Barrier *b, int index, BarrierAdd *add, void *context) {
     for (int k = 0; k < m->count; k++) {
         for (int l = k; l < m->count; l++) {
             double factor = m->foot.weight[k] * m->foot.weight[l];
+            if (!is_cloth(b, m->place[k]) || !is_cloth(b, m->place[l])) {
+                continue;
+            }
             scaled(s, factor, block);
             if (m->tilt > 0.0) {
                 add_outer(block, m->tilt * vec3_dot(m->gradient[k], m->gradient[l]),
@@ -205,6 +237,9 @@ void barrier_mark(const Barrier *b, unsigned char *flags) {
     for (int i = 0; i < b->now.count; i++) {
         const Meeting *m = &b->now.items[i];
         for (int k = 0; k < m->count; k++) {
+            if (!is_cloth(b, m->place[k])) {
+                continue;
+            }
             flags[m->place[k]] = flags[m->place[k]] || m->foot.weight[k] != 0.0;
         }
     }
@@ -212,7 +247,10 @@ void barrier_mark(const Barrier *b, unsigned char *flags) {
 
 ClampReport barrier_clamp(Barrier *b, const double *x, double *dx, const unsigned char **changed) {
     ClampObstacles obstacles = {b->poses, b->next, b->clocks, b->driven ? b->advance : NULL};
-    ClampReport report = clamp_motion(&b->clamp, &obstacles, b->held, x, dx);
+    load_cloth(b, x, b->x);
+    load_cloth(b, dx, b->dx);
+    ClampReport report = clamp_motion(&b->clamp, &obstacles, b->held, b->x, b->dx);
+    load_cloth(b, b->dx, dx);
     for (int o = 0; b->driven && o < b->def->obstacle_count; o++) {
         b->poses[o] = b->next[o];
         b->clocks[o] += b->advance[o];
@@ -247,13 +285,28 @@ void barrier_end(const Barrier *b, ContactMemory *memory) {
     }
 }
 
+static CrossingMesh mesh_at_start(const Barrier *b, int obstacle) {
+    const MeshDef *mesh = b->def->obstacles[obstacle].mesh;
+    size_t first = 3 * (size_t)b->clamp.near.places.mesh_first[obstacle];
+    return (CrossingMesh){mesh->vertex_count, mesh->triangle_count, b->start + first,
+                          mesh->triangles};
+}
+
 int barrier_count_crossings(const Barrier *b, const double *x) {
-    const Surface *s = &b->clamp.near.surface;
+    const Surface *s = &b->clamp.near.places.surface;
     Arena scratch = {0};
-    CrossingMesh mesh = {b->def->vertex_count, s->triangle_count, x, s->triangles};
-    int64_t count = b->def->self ? crossing_count_self(&mesh, &scratch).count : 0;
+    CrossingMesh cloth = {b->def->vertex_count, 0, x, s->triangles};
+    for (int p = 0; p < b->def->panel_count; p++) {
+        cloth.triangle_count += s->panels[p].triangle_count;
+    }
+    int64_t count = b->def->self ? crossing_count_self(&cloth, &scratch).count : 0;
     for (int o = 0; o < b->def->obstacle_count; o++) {
-        count += crossing_count_solid(&mesh, &b->def->obstacles[o].solid, b->poses[o]).count;
+        if (b->def->obstacles[o].mesh) {
+            CrossingMesh mesh = mesh_at_start(b, o);
+            count += crossing_count_between(&cloth, &mesh, &scratch).count;
+        } else {
+            count += crossing_count_solid(&cloth, &b->def->obstacles[o].solid, b->poses[o]).count;
+        }
     }
     arena_free(&scratch);
     return (int)count;

@@ -8,25 +8,26 @@
 
 Candidates candidates_create(const ContactDef *def, Arena *arena) {
     Candidates c = {.def = def, .arena = arena};
-    c.surface = surface_create(def->panels, def->panel_count, def->start, arena);
-    c.boxes = arena_push(arena, Box, def->vertex_count);
-    c.middles = arena_push(arena, Vec3, def->vertex_count);
-    c.radii = arena_push(arena, double, def->vertex_count);
+    c.places = places_create(def, arena);
+    const Surface *surface = &c.places.surface;
+    c.boxes = arena_push(arena, Box, c.places.count);
+    c.middles = arena_push(arena, Vec3, c.places.count);
+    c.radii = arena_push(arena, double, c.places.count);
     c.from = arena_push(arena, Pose, def->obstacle_count);
     c.to = arena_push(arena, Pose, def->obstacle_count);
     c.distances = arena_push(arena, double, def->vertex_count);
     c.motions = arena_push(arena, double, def->vertex_count);
-    c.slopes = arena_push(arena, GroupSlopes, c.surface.group_count);
-    c.groups = arena_push(arena, Box, c.surface.group_count);
-    c.rooms = arena_push(arena, double, c.surface.group_count);
-    c.cells = arena_push(arena, Box, c.surface.cell_count);
-    c.boxed = arena_push(arena, long, c.surface.group_count);
-    Vec3 *centres = arena_push(arena, Vec3, c.surface.group_count);
-    for (int g = 0; g < c.surface.group_count; g++) {
-        const int *place = c.surface.group_vertices + c.surface.groups[g].vertex_begin;
-        centres[g] = vec3_load(def->start + 3 * (size_t)*place);
+    c.slopes = arena_push(arena, GroupSlopes, surface->group_count);
+    c.groups = arena_push(arena, Box, surface->group_count);
+    c.rooms = arena_push(arena, double, surface->group_count);
+    c.cells = arena_push(arena, Box, surface->cell_count);
+    c.boxed = arena_push(arena, long, surface->group_count);
+    Vec3 *centres = arena_push(arena, Vec3, surface->group_count);
+    for (int g = 0; g < surface->group_count; g++) {
+        const int *place = surface->group_vertices + surface->groups[g].vertex_begin;
+        centres[g] = vec3_load(c.places.x + 3 * (size_t)*place);
     }
-    c.tree = box_tree_create(centres, c.surface.group_count, arena);
+    c.tree = box_tree_create(centres, surface->group_count, arena);
     return c;
 }
 
@@ -42,10 +43,10 @@ static void add(Candidates *c, Candidate item) {
 
 /* contact distance of a pair; neighbours of one scattered panel may be nearer at rest */
 static double pair_distance(const Candidates *c, PairKind kind, const int place[4]) {
-    const ContactDef *def = c->def;
-    double dhat = 0.5 * (def->vertex_distance[place[0]] + def->vertex_distance[place[3]]);
-    const SurfacePanel *panel = surface_panel(&c->surface, place[0]);
-    if (surface_panel(&c->surface, place[3]) != panel || panel->nu > 0) {
+    const SurfacePanel *panel = surface_panel(&c->places.surface, place[0]);
+    const SurfacePanel *other = surface_panel(&c->places.surface, place[3]);
+    double dhat = 0.5 * (panel->distance + other->distance);
+    if (other != panel || panel->nu > 0) {
         return dhat;
     }
     Pair pair = {.kind = kind, .place = {place[0], place[1], place[2], place[3]}};
@@ -101,7 +102,7 @@ static Box box_of(const Candidates *c, const int *places, int count) {
 static void meet_faces(Candidates *c, const SurfaceCell *owner, const SurfaceCell *faces) {
     double reach = c->def->distance;
     for (int f = 0; f < faces->triangle_count; f++) {
-        const int *t = c->surface.triangles + 3 * (size_t)faces->triangle[f];
+        const int *t = c->places.surface.triangles + 3 * (size_t)faces->triangle[f];
         Box box = box_of(c, t, 3);
         for (int k = 0; k < owner->vertex_count; k++) {
             int v = owner->vertex[k];
@@ -116,10 +117,10 @@ static void meet_faces(Candidates *c, const SurfaceCell *owner, const SurfaceCel
 static void meet_edges(Candidates *c, const SurfaceCell *a, const SurfaceCell *b) {
     double reach = c->def->distance;
     for (int i = 0; i < a->edge_count; i++) {
-        const int *e = c->surface.edges + 2 * (size_t)a->edge[i];
+        const int *e = c->places.surface.edges + 2 * (size_t)a->edge[i];
         Box box = box_of(c, e, 2);
         for (int j = a == b ? i + 1 : 0; j < b->edge_count; j++) {
-            const int *f = c->surface.edges + 2 * (size_t)b->edge[j];
+            const int *f = c->places.surface.edges + 2 * (size_t)b->edge[j];
             bool apart = e[0] != f[0] && e[0] != f[1] && e[1] != f[0] && e[1] != f[1];
             Box other = box_of(c, f, 2);
             if (apart && box_near(&box, &other, reach)) {
@@ -130,7 +131,7 @@ static void meet_edges(Candidates *c, const SurfaceCell *a, const SurfaceCell *b
 }
 
 static void meet_cells(Candidates *c, int a, int b) {
-    const SurfaceCell *p = &c->surface.cells[a], *q = &c->surface.cells[b];
+    const SurfaceCell *p = &c->places.surface.cells[a], *q = &c->places.surface.cells[b];
     meet_faces(c, p, q);
     if (a != b) {
         meet_faces(c, q, p);
@@ -143,11 +144,12 @@ static void box_cells(Candidates *c, int group) {
         return;
     }
     c->boxed[group] = c->stamp;
-    for (int i = c->surface.groups[group].cell_begin; i < c->surface.groups[group].cell_end; i++) {
-        const SurfaceCell *cell = &c->surface.cells[i];
+    for (int i = c->places.surface.groups[group].cell_begin;
+         i < c->places.surface.groups[group].cell_end; i++) {
+        const SurfaceCell *cell = &c->places.surface.cells[i];
         c->cells[i] = box_empty();
         for (int k = 0; k < cell->triangle_count; k++) {
-            Box box = box_of(c, c->surface.triangles + 3 * (size_t)cell->triangle[k], 3);
+            Box box = box_of(c, c->places.surface.triangles + 3 * (size_t)cell->triangle[k], 3);
             c->cells[i] = box_union(c->cells[i], box);
         }
     }
@@ -155,10 +157,15 @@ static void box_cells(Candidates *c, int group) {
 
 static void meet_groups(int a, int b, void *context) {
     Candidates *c = context;
-    const SurfaceGroup *p = &c->surface.groups[a], *q = &c->surface.groups[b];
+    const SurfaceGroup *p = &c->places.surface.groups[a], *q = &c->places.surface.groups[b];
     double reach = c->def->distance;
     Points middles = {&c->middles[0].x};
-    if (flatness_distance(&c->surface, c->slopes, &middles, c->stamp, a, b) >
+    bool mesh_a = c->places.surface.panels[p->panel].obstacle;
+    bool mesh_b = c->places.surface.panels[q->panel].obstacle;
+    if ((mesh_a && mesh_b) || !(mesh_a || mesh_b || c->def->self)) {
+        return;
+    }
+    if (flatness_distance(&c->places.surface, c->slopes, &middles, c->stamp, a, b) >
         reach + c->rooms[a] + c->rooms[b]) {
         return;
     }
@@ -174,18 +181,18 @@ static void meet_groups(int a, int b, void *context) {
 }
 
 static void find_pairs(Candidates *c) {
-    for (int g = 0; g < c->surface.group_count; g++) {
-        const SurfaceGroup *group = &c->surface.groups[g];
+    for (int g = 0; g < c->places.surface.group_count; g++) {
+        const SurfaceGroup *group = &c->places.surface.groups[g];
         c->groups[g] = box_empty();
         c->rooms[g] = 0.0;
         for (int k = group->vertex_begin; k < group->vertex_end; k++) {
-            int vertex = c->surface.group_vertices[k];
+            int vertex = c->places.surface.group_vertices[k];
             c->groups[g] = box_union(c->groups[g], c->boxes[vertex]);
             c->rooms[g] = fmax(c->rooms[g], c->radii[vertex]);
         }
     }
     box_tree_refit(&c->tree, c->groups);
-    for (int g = 0; g < c->surface.group_count; g++) {
+    for (int g = 0; g < c->places.surface.group_count; g++) {
         meet_groups(g, g, c);
     }
     box_tree_pairs(&c->tree, c->def->distance, meet_groups, c);
@@ -202,9 +209,12 @@ static void find_touches(Candidates *c, int obstacle) {
         c->distances[i] = solid_distance(solid, y, &normal);
         c->motions[i] = vec3_length(vec3_sub(end, y)) + c->radii[i];
     }
-    for (int t = 0; t < c->surface.triangle_count; t++) {
-        const int *corner = c->surface.triangles + 3 * (size_t)t;
+    for (int t = 0; t < c->places.surface.triangle_count; t++) {
+        const int *corner = c->places.surface.triangles + 3 * (size_t)t;
         double bound = -INFINITY, farthest = 0.0;
+        if (corner[0] >= def->vertex_count) {
+            break; /* meshes come last */
+        }
         for (int k = 0; k < 3; k++) { /* no point of the triangle is farther from a corner */
             Vec3 p = c->middles[corner[k]];
             double longest = 0.0;
@@ -260,7 +270,7 @@ static bool serves(const Candidates *c, const Pose *poses, const Pose *to, const
 
 static void make_boxes(Candidates *c, const double *x, const double *dx) {
     double margin = CONTACT_LIST_MARGIN * c->def->distance;
-    for (int i = 0; i < c->def->vertex_count; i++) {
+    for (int i = 0; i < c->places.count; i++) {
         Vec3 p = end_of(x, NULL, i), room = vec3(margin, margin, margin);
         Box box = {p, p};
         box_add(&box, end_of(x, dx, i));
@@ -283,9 +293,11 @@ void candidates_find(Candidates *c, const Pose *poses, const Pose *to, const dou
     c->known = true;
     c->count = 0;
     for (int o = 0; o < c->def->obstacle_count; o++) {
-        find_touches(c, o);
+        if (!c->def->obstacles[o].mesh) {
+            find_touches(c, o);
+        }
     }
-    if (c->def->self) {
+    if (c->def->self || c->places.meshes) {
         find_pairs(c);
     }
 }

@@ -11,13 +11,14 @@
 #ifndef TOILE_CONTACT_CANDIDATES_H
 #define TOILE_CONTACT_CANDIDATES_H
 
-#include "sim/contact/contact.h"
 #include "sim/contact/flatness.h"
+#include "sim/contact/places.h"
 
 typedef struct Candidate {
-    int obstacle; /* -1: cloth with cloth */
+    int obstacle; /* a solid, or -1: cloth with cloth or with a mesh */
     PairKind kind;
-    int place[4];  /* as in Pair; with an obstacle the three corners of a triangle and -1 */
+    int place
+        [4]; /* as in Pair, and a mesh is like cloth; with a solid the three corners of a triangle and -1 */
     double dhat;   /* [m] contact distance */
     double target; /* [m] distance that a motion must keep; of the clamp */
 } Candidate;
@@ -25,7 +26,7 @@ typedef struct Candidate {
 typedef struct Candidates {
     const ContactDef *def;
     Arena *arena;
-    Surface surface;
+    Places places;
     BoxTree tree;
     bool known;          /* the items are those of `boxes` */
     Box *boxes;          /* (vertex_count) where a vertex may be */
@@ -51,7 +52,7 @@ void candidates_forget(Candidates *c);
 
 /* At least all pairs that may come nearer than their contact distance while obstacles go from poses to
  * `to`.
- * x, dx: [m] (vertex_count x 3); dx NULL: no vertex moves. */
+ * x, dx: [m] (places.count x 3); dx NULL: no vertex moves. */
 void candidates_find(Candidates *c, const Pose *poses, const Pose *to, const double *x,
                      const double *dx);
 

@@ -8,10 +8,11 @@
 
 Clamp clamp_create(const ContactDef *def, Arena *arena) {
     Clamp clamp = {.near = candidates_create(def, arena)};
-    clamp.share = arena_push(arena, double, def->vertex_count);
-    clamp.next = arena_push(arena, double, def->vertex_count);
-    clamp.stamp = arena_push(arena, int, def->vertex_count);
-    clamp.changed = arena_push(arena, unsigned char, def->vertex_count);
+    int places = clamp.near.places.count;
+    clamp.share = arena_push(arena, double, places);
+    clamp.next = arena_push(arena, double, places);
+    clamp.stamp = arena_push(arena, int, places);
+    clamp.changed = arena_push(arena, unsigned char, places);
     clamp.yields = arena_push(arena, double, def->obstacle_count);
     clamp.next_yields = arena_push(arena, double, def->obstacle_count);
     clamp.obstacle_stamp = arena_push(arena, int, def->obstacle_count);
@@ -162,7 +163,7 @@ static bool is_fresh(const Clamp *c, const Candidate *item, int round) {
 static bool project_all(Clamp *c, const ClampObstacles *o, const unsigned char *held,
                         const double *x, double *dx, ClampReport *report) {
     bool blocked = false;
-    memset(c->stamp, 0, (size_t)c->near.def->vertex_count * sizeof *c->stamp);
+    memset(c->stamp, 0, (size_t)c->near.places.count * sizeof *c->stamp);
     for (int i = 0; i < c->near.def->obstacle_count; i++) {
         c->obstacle_stamp[i] = -1;
     }
@@ -225,7 +226,7 @@ static void yield(Clamp *c, const ClampObstacles *o, int round) {
 
 static void shorten_all(Clamp *c, const ClampObstacles *o, const double *x, double *dx,
                         ClampReport *report) {
-    int n = c->near.def->vertex_count;
+    int n = c->near.places.count;
     for (int i = 0; i < n; i++) {
         c->share[i] = c->next[i] = 1.0;
         c->stamp[i] = 0;
@@ -266,7 +267,7 @@ static void shorten_all(Clamp *c, const ClampObstacles *o, const double *x, doub
 ClampReport clamp_motion(Clamp *c, const ClampObstacles *o, const unsigned char *held,
                          const double *x, double *dx) {
     ClampReport report = {.smallest_share = 1.0};
-    int n = c->near.def->vertex_count;
+    int n = c->near.places.count;
     memset(c->changed, 0, (size_t)n);
     for (int k = 0; k < 3 * n; k++) {
         if (!isfinite(dx[k])) {

@@ -30,9 +30,9 @@ typedef struct Clamp {
     Candidates near;
     Candidate *items; /* (item_count) of near that this motion could bring too near */
     int item_count, item_room;
-    double *share, *next;         /* (vertex_count) */
-    int *stamp;                   /* (vertex_count) round in which the motion changed last */
-    unsigned char *changed;       /* (vertex_count) 1: clamped by the last motion */
+    double *share, *next;         /* (places) */
+    int *stamp;                   /* (places) round in which the motion changed last */
+    unsigned char *changed;       /* (places) 1: clamped by the last motion */
     double *yields, *next_yields; /* (obstacle_count) share of its motion that an obstacle keeps */
     int *obstacle_stamp;          /* round in which that changed last */
 } Clamp;
@@ -48,7 +48,8 @@ Clamp clamp_create(const ContactDef *def, Arena *arena);
 double clamp_target(double dhat, double d0);
 
 /* Changes dx so that x + t dx is legal for all t in [0, 1], if x is. Held vertices keep their
- * direction. A motion that is not finite becomes 0. x, dx: [m] (vertex_count x 3). */
+ * direction. A motion that is not finite becomes 0. x, dx: [m] (places x 3); those of
+ * meshes are held and do not move. */
 ClampReport clamp_motion(Clamp *clamp, const ClampObstacles *obstacles, const unsigned char *held,
                          const double *x, double *dx);
 

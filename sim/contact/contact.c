@@ -42,7 +42,7 @@ double contact_motion_end(const ContactObstacle *obstacle) {
 
 static void index_groups(Contact *c, Arena *arena) {
     const Surface *s = &c->surface;
-    int n = c->place_count;
+    int n = c->places.count;
     c->vertex_group_begin = arena_push(arena, int, n + 1);
     int *begin = c->vertex_group_begin, total = 0;
     for (int g = 0; g < s->group_count; g++) {
@@ -88,59 +88,22 @@ static void create_obstacles(Contact *c, Arena *arena) {
     c->touch_memory = arena_push(arena, PairMemory, c->touch_memory_room);
 }
 
-/* the cloths as they are given, and a panel for every mesh */
-static void create_surface(Contact *c, Arena *arena) {
-    const ContactDef *def = c->def;
-    int meshes = 0;
-    c->mesh_first = arena_push(arena, int, def->obstacle_count + 1);
-    c->place_count = def->vertex_count;
-    for (int o = 0; o < def->obstacle_count; o++) {
-        const MeshDef *mesh = def->obstacles[o].mesh;
-        c->mesh_first[o] = c->place_count;
-        c->place_count += mesh ? mesh->vertex_count : 0;
-        meshes += mesh != NULL;
-    }
-    c->mesh_first[def->obstacle_count] = c->place_count;
-    c->pairs_wanted = def->self || meshes > 0;
-    int count = def->panel_count + meshes, p = def->panel_count;
-    SurfacePanel *panels = arena_push(arena, SurfacePanel, count);
-    c->obstacle_of = arena_push(arena, int, count);
-    memset(c->obstacle_of, -1, (size_t)count * sizeof *c->obstacle_of);
-    memcpy(panels, def->panels, (size_t)def->panel_count * sizeof *panels);
-    c->x = arena_push(arena, double, 3 * c->place_count);
-    memcpy(c->x, def->start, 3 * (size_t)def->vertex_count * sizeof *c->x);
-    for (int o = 0; o < def->obstacle_count; o++) {
-        const ContactObstacle *obstacle = &def->obstacles[o];
-        if (obstacle->mesh) {
-            memcpy(c->x + 3 * (size_t)c->mesh_first[o], obstacle->mesh->vertices,
-                   3 * (size_t)obstacle->mesh->vertex_count * sizeof *c->x);
-            c->obstacle_of[p] = o;
-            panels[p++] = (SurfacePanel){.first = c->mesh_first[o],
-                                         .vertex_count = obstacle->mesh->vertex_count,
-                                         .triangle_count = obstacle->mesh->triangle_count,
-                                         .triangles = obstacle->mesh->triangles,
-                                         .distance = def->distance,
-                                         .mass = INFINITY,
-                                         .obstacle = true,
-                                         .still = !obstacle->moves};
-        }
-    }
-    c->mesh_target = arena_push(arena, double, 3 * (c->place_count - def->vertex_count));
-    c->surface = surface_create(panels, count, c->x, arena);
-    c->lists = lists_create(&c->surface, c->x, def->self, arena);
-}
-
 Contact *contact_create(const ContactDef *def, Arena *arena) {
     int n = def->vertex_count;
     Contact *c = arena_push(arena, Contact, 1);
     c->def = def;
     c->arena = arena;
-    create_surface(c, arena);
+    c->places = places_create(def, arena);
+    c->surface = c->places.surface;
+    c->x = c->places.x;
+    c->pairs_wanted = def->self || c->places.meshes;
+    c->mesh_target = arena_push(arena, double, 3 * (c->places.count - n));
+    c->lists = lists_create(&c->surface, c->x, def->self, arena);
     c->motion = arena_push(arena, GroupMotion, c->surface.group_count);
     index_groups(c, arena);
-    c->v = arena_push(arena, double, 3 * c->place_count);
-    c->held = arena_push(arena, unsigned char, c->place_count);
-    memset(c->held + n, 1, (size_t)(c->place_count - n));
+    c->v = arena_push(arena, double, 3 * c->places.count);
+    c->held = arena_push(arena, unsigned char, c->places.count);
+    memset(c->held + n, 1, (size_t)(c->places.count - n));
     c->stiff = arena_push(arena, double, n);
     c->touched = arena_push(arena, int, n);
     c->is_touched = arena_push(arena, unsigned char, n);

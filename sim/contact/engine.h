@@ -5,6 +5,7 @@
 #include "sim/base/error.h"
 #include "sim/contact/constants.h"
 #include "sim/contact/contact.h"
+#include "sim/contact/places.h"
 
 /* How a group moves in this step. */
 typedef struct GroupMotion {
@@ -67,16 +68,16 @@ typedef struct Loss {
 struct Contact {
     const ContactDef *def;
     Arena *arena;
-    Surface surface;
+    Places places;
+    Surface surface; /* that of places */
     Lists lists;
     ContactView view;        /* of this interval */
-    int place_count;         /* vertices of cloth, then those of meshes */
     bool pairs_wanted;       /* do features of two surfaces ever meet? */
-    double *x, *v;           /* [m], [m/s] (place_count x 3) copied from the lanes: quicker to look
+    double *x, *v;           /* [m], [m/s] (places.count x 3) copied from the lanes: quicker to look
                                 up; v is that of now within the guard, else that before the kick */
-    unsigned char *held;     /* (place_count) moved by a handle or a mesh's programme */
+    unsigned char *held;     /* (places.count) moved by a handle or a mesh's programme */
     GroupMotion *motion;     /* (group_count) */
-    int *vertex_group_begin; /* (place_count + 1) */
+    int *vertex_group_begin; /* (places.count + 1) */
     int *vertex_groups;      /* groups of every vertex */
     unsigned char *wanted;   /* (group_pair_room) group pairs to be searched */
     int wanted_room;
@@ -114,10 +115,8 @@ struct Contact {
     Pose *poses, *next;        /* (obstacle_count) now; demanded at the end of the step */
     Frame *frames;             /* (obstacle_count) of poses */
     double *clocks, *next_clocks, *obstacle_speed;
-    int *mesh_first;     /* (obstacle_count + 1) first place of each obstacle; a solid has none */
-    int *obstacle_of;    /* (panels of the surface) -1: cloth */
-    double *mesh_target; /* [m] (places of meshes x 3) demanded at the end of the step */
-    double *bristles;    /* [m] (vertex_count x obstacle_count x 3) */
+    double *mesh_target;      /* [m] (places of meshes x 3) demanded at the end of the step */
+    double *bristles;         /* [m] (vertex_count x obstacle_count x 3) */
     PairMemory *touch_memory; /* bristles of edges and faces at obstacles from the last interval */
     int touch_memory_count, touch_memory_room;
     /* nothing near anything: only this much motion is counted */

@@ -189,7 +189,7 @@ static void tilt(const Near *near, Meeting *m, const Vec3 y[3]) {
 }
 
 static Meeting touch_of(const Barrier *b, const Candidate *item, int count) {
-    double mass = surface_panel(&b->clamp.near.surface, item->place[0])->mass;
+    double mass = surface_panel(&b->clamp.near.places.surface, item->place[0])->mass;
     return (Meeting){.obstacle = item->obstacle,
                      .count = count,
                      .first = count,
@@ -263,8 +263,18 @@ static void find_triangle(Barrier *b, const Candidate *item, const double *x) {
     meet(b, &m, x);
 }
 
+static double pair_friction(const Barrier *b, const int place[4]) {
+    int first = place[0], second = place[3];
+    if (!is_cloth(b, first)) {
+        return obstacle_friction(b, places_obstacle(&b->clamp.near.places, first), second);
+    }
+    if (!is_cloth(b, second)) {
+        return obstacle_friction(b, places_obstacle(&b->clamp.near.places, second), first);
+    }
+    return sqrt(b->def->friction[first] * b->def->friction[second]);
+}
+
 static void find_pair(Barrier *b, const Candidate *item, const double *x) {
-    const ContactDef *def = b->def;
     Points points = {x};
     Pair pair = {.kind = item->kind};
     memcpy(pair.place, item->place, sizeof pair.place);
@@ -275,7 +285,7 @@ static void find_pair(Barrier *b, const Candidate *item, const double *x) {
         (pair.kind == PAIR_EDGES && pair.feature != 3)) {
         return;
     }
-    const Surface *surface = &b->clamp.near.surface;
+    const Surface *surface = &b->clamp.near.places.surface;
     double mass = fmin(surface_panel(surface, p[0])->mass, surface_panel(surface, p[3])->mass);
     Meeting m = {.key = {p[0], p[1], p[2], pair.kind == PAIR_EDGES ? -1 - p[3] : p[3]},
                  .obstacle = -1,
@@ -284,7 +294,7 @@ static void find_pair(Barrier *b, const Candidate *item, const double *x) {
                  .foot = {.distance = pair.distance, .normal = pair.normal},
                  .dhat = item->dhat,
                  .stiffness = stiffness_of(b, CONTACT_SELF_STIFFNESS * pair.soft, mass),
-                 .friction = sqrt(def->friction[p[0]] * def->friction[p[3]])};
+                 .friction = pair_friction(b, p)};
     memcpy(m.place, p, sizeof m.place);
     memcpy(m.foot.weight, pair.weight, sizeof m.foot.weight);
     if (pair.kind == PAIR_FACE && pair.feature != 7) {
@@ -302,7 +312,9 @@ void meetings_find(Barrier *b, const double *x) {
     Candidates *near = &b->clamp.near;
     candidates_find(near, b->poses, b->poses, x, NULL);
     for (int o = 0; o < b->def->obstacle_count; o++) {
-        find_vertices(b, o, x);
+        if (!b->def->obstacles[o].mesh) {
+            find_vertices(b, o, x);
+        }
     }
     for (int i = 0; i < near->count; i++) {
         const Candidate *item = &near->items[i];

@@ -50,14 +50,20 @@ struct Barrier {
     /* of the step */
     const ContactMemory *memory;
     int *memory_slots, memory_slot_count;
-    const double *start;
-    const unsigned char *held;
-    Pose *poses;     /* (obstacle_count) of the obstacles, after they moved */
-    double *clocks;  /* [s] (obstacle_count) */
-    Pose *next;      /* where they want to be, if `driven` */
-    double *advance; /* [s] (obstacle_count) */
-    bool driven;     /* the next clamp moves them */
+    double *start, *x, *dx; /* [m] (places x 3) of the step; at work; meshes stand still in all */
+    unsigned char *held;    /* (places) */
+    Pose *poses;            /* (obstacle_count) of the obstacles, after they moved */
+    double *clocks;         /* [s] (obstacle_count) */
+    Pose *next;             /* where they want to be, if `driven` */
+    double *advance;        /* [s] (obstacle_count) */
+    bool driven;            /* the next clamp moves them */
 };
+
+/* The cloth has the places from 0, meshes those behind. */
+static inline bool is_cloth(const Barrier *b, int place) { return place < b->def->vertex_count; }
+static inline bool at_mesh(const Barrier *b, const Meeting *m) {
+    return m->count == 4 && !(is_cloth(b, m->place[0]) && is_cloth(b, m->place[3]));
+}
 
 void meetings_clear(Meetings *meetings);
 /* Slot of a key in a table of so many slots. */

@@ -6,19 +6,12 @@
 
 #include "sim/contact/engine.h"
 
-/* places at `clock` of the programme whose pose is `pose` */
-static void place_mesh(const ContactObstacle *obstacle, Pose pose, double clock, double *x) {
-    mesh_positions(obstacle->mesh, clock, x);
-    for (int i = 0; i < obstacle->mesh->vertex_count; i++) {
-        vec3_store(x + 3 * i, pose_apply(pose, vec3_load(x + 3 * i)));
-    }
-}
-
 void mesh_begin(Contact *c) {
     for (int o = 0; o < c->def->obstacle_count; o++) {
-        size_t first = (size_t)c->mesh_first[o], count = (size_t)c->mesh_first[o + 1] - first;
+        size_t first = (size_t)c->places.mesh_first[o],
+               count = (size_t)c->places.mesh_first[o + 1] - first;
         if (count > 0) {
-            place_mesh(&c->def->obstacles[o], c->poses[o], c->clocks[o], c->x + 3 * first);
+            places_pose(&c->def->obstacles[o], c->poses[o], c->clocks[o], c->x + 3 * first);
             memcpy(c->mesh_target + 3 * (first - (size_t)c->def->vertex_count), c->x + 3 * first,
                    3 * count * sizeof *c->x);
             memset(c->v + 3 * first, 0, 3 * count * sizeof *c->v);
@@ -27,11 +20,11 @@ void mesh_begin(Contact *c) {
 }
 
 void mesh_demand(Contact *c, int o, double dt) {
-    int first = c->mesh_first[o], count = c->mesh_first[o + 1] - first;
+    int first = c->places.mesh_first[o], count = c->places.mesh_first[o + 1] - first;
     double *target = c->mesh_target + 3 * (size_t)(first - c->def->vertex_count);
     const double *x = c->x + 3 * (size_t)first;
     double *v = c->v + 3 * (size_t)first, most = 0.0;
-    place_mesh(&c->def->obstacles[o], c->next[o], c->next_clocks[o], target);
+    places_pose(&c->def->obstacles[o], c->next[o], c->next_clocks[o], target);
     for (int i = 0; i < count; i++) {
         double square = 0.0;
         for (int a = 3 * i; a < 3 * i + 3; a++) {
@@ -45,7 +38,7 @@ void mesh_demand(Contact *c, int o, double dt) {
 
 int pair_obstacle(const Contact *c, const Pair *pair) {
     int place = pair->place[0] > pair->place[3] ? pair->place[0] : pair->place[3];
-    return place < c->def->vertex_count ? -1 : c->obstacle_of[c->surface.panel_of[place]];
+    return place < c->def->vertex_count ? -1 : places_obstacle(&c->places, place);
 }
 
 /* the corners of a pair that are cloth or mesh: begin <= a < end */
@@ -102,12 +95,13 @@ double mesh_free_share(const Contact *c, int o, double dt) {
 }
 
 void mesh_move(Contact *c, int o, double phi) {
-    double *x = c->x + 3 * (size_t)c->mesh_first[o];
+    double *x = c->x + 3 * (size_t)c->places.mesh_first[o];
     if (phi < 1.0) {
-        place_mesh(&c->def->obstacles[o], c->poses[o], c->clocks[o], x);
+        places_pose(&c->def->obstacles[o], c->poses[o], c->clocks[o], x);
         return;
     }
-    size_t count = (size_t)(c->mesh_first[o + 1] - c->mesh_first[o]);
-    const double *target = c->mesh_target + 3 * (size_t)(c->mesh_first[o] - c->def->vertex_count);
+    size_t count = (size_t)(c->places.mesh_first[o + 1] - c->places.mesh_first[o]);
+    const double *target =
+        c->mesh_target + 3 * (size_t)(c->places.mesh_first[o] - c->def->vertex_count);
     memcpy(x, target, 3 * count * sizeof *x);
 }

@@ -46,7 +46,7 @@ const Stepper *stepper_choose(const System *system, const char **why) {
         return stepper_find(name);
     }
     double stiffest = 0.0;
-    bool moving_obstacle = false, scattered = false, mesh = false;
+    bool moving_obstacle = false, scattered = false;
     for (int c = 0; c < system->cloth_count; c++) {
         const Material *m = &system->cloths[c].material;
         double wave = (m->c11 > m->c22 ? m->c11 : m->c22) / m->density;
@@ -56,11 +56,6 @@ const Stepper *stepper_choose(const System *system, const char **why) {
     }
     for (int o = 0; o < system->contact.obstacle_count; o++) {
         moving_obstacle = moving_obstacle || system->contact.obstacles[o].moves;
-        mesh = mesh || system->contact.obstacles[o].mesh;
-    }
-    if (mesh) {
-        *why = "an obstacle is a mesh, which only the explicit guard meets";
-        return &stepper_central;
     }
     if (moving_obstacle) {
         *why = "an obstacle moves: short explicit steps follow it closely";
