@@ -23,8 +23,9 @@
 #define CONTACT_SETTLED_SHARE                                                                      \
     1e-4 /* of the weight: residual of a step; 1e-3 makes friction creep */
 #define CONTACT_SETTLED_MOVE                                                                       \
-    3e-3                          /* of the contact distance, of any place: settled too, where edges
-                                      come and go between two contacts; 1e-1 spoils the capstan */
+    3e-4                          /* of the contact distance, of any place: settled too, where edges
+                                      come and go between two contacts; 3e-3 hides a pull that is 1 %
+                                      above friction */
 #define CONTACT_LEAST_SHARE 0.5   /* ... if the clamp left so much of that motion */
 #define CONTACT_ITERATIONS 20     /* then a shorter step is tried */
 #define CONTACT_LONGEST_MOVE 0.18 /* of the size, of any place in one iteration */
