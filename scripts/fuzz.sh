@@ -15,7 +15,7 @@ build() {
     clang -std=gnu17 -g -O1 -ffp-contract=off -fsanitize=fuzzer,address,undefined \
         -fno-sanitize-recover=undefined -fno-omit-frame-pointer -I. -D_GNU_SOURCE \
         -isystem /usr/include/suitesparse -DTOILE_SOURCE_DIR="\"$PWD\"" \
-        "tests/fuzz/fuzz_$name.c" "$@" $libs -o "$out/fuzz_$name"
+        "tests/fuzz/fuzz_$name.c" "$@" $libs -lgomp -o "$out/fuzz_$name"
 }
 
 # small states files: a lattice with an obstacle and a scattered disc, a few frames each
