@@ -120,7 +120,7 @@ static void fill_film(Film *film) {
                            .up = {0, 0, 1},
                            .fov = 0.3,
                            .pixels_per_mm = i};
-        snprintf(view->name, sizeof view->name, "camera-with-a-long-name-%d------", i);
+        snprintf(view->name, sizeof view->name, "camera-with-a-long-name-%c------", '0' + i);
         view->move.key_count = i == 1 ? 0 : FILM_MOST_KEYS;
         for (int k = 0; k < view->move.key_count; k++) {
             view->move.keys[k] = (FilmKey){k, {k, i, 0}, {0, 0, k}, 0.5};
