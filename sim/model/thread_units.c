@@ -3,46 +3,54 @@
 #include <math.h>
 #include <string.h>
 
-#define SMALLEST_TURN 1e-9   /* [rad] below it a unit is flat */
-#define SMALLEST_COSINE 1e-6 /* of a fold or a closed cell, whose derivatives would be infinite */
+#define SMALLEST_TURN 1e-9 /* [rad] below it a unit is flat */
+/* where forces must stay finite for explicit steps: segments shorter than this share of the rest
+ * length count as vectors, not as directions; folds sharper than this half turn go on linearly */
+#define SHORTEST_SHARE 0.5
+#define SHARPEST_HALF 1.2 /* [rad] */
+#define CLOSED 1.2        /* [rad] shear of a cell, likewise */
 
 /* ---- bend ---- */
 
 typedef struct Bend {
     Vec3 t[2];         /* directions of both segments */
     double inverse[2]; /* [1/m] 1 / their lengths */
+    bool short_one[2]; /* t is no unit vector */
     Vec3 kv;           /* [1/m] (t+ - t-)/s */
     double k, K;       /* [1/m] |kv|, the curvature that counts */
     double dK, d2K;    /* derivatives of K by k */
 } Bend;
 
-static bool bend_of(const ThreadUnits *u, const BendUnit *unit, const double *x, Bend *b) {
+static void bend_of(const ThreadUnits *u, const BendUnit *unit, const double *x, Bend *b) {
     Vec3 a = vec3_load(x + 3 * unit->node[0]), c = vec3_load(x + 3 * unit->node[2]);
     Vec3 middle = vec3_load(x + 3 * unit->node[1]);
     Vec3 edge[2] = {vec3_sub(middle, a), vec3_sub(c, middle)};
     for (int e = 0; e < 2; e++) {
+        /* a wall has half the length of a thread's unit */
         double length = vec3_length(edge[e]);
-        if (length <= 0.0) {
-            return false;
-        }
-        b->inverse[e] = 1.0 / length;
+        double shortest = SHORTEST_SHARE * u->spacing[unit->axis];
+        b->short_one[e] = length < shortest;
+        b->inverse[e] = 1.0 / fmax(length, shortest);
         b->t[e] = vec3_scale(b->inverse[e], edge[e]);
     }
     double s = unit->length;
     b->kv = vec3_scale(1.0 / s, vec3_sub(b->t[1], b->t[0]));
     b->k = vec3_length(b->kv);
     b->K = b->k, b->dK = 1.0, b->d2K = 0.0;
-    if (!u->sine) {
-        double half = asin(fmin(1.0, 0.5 * s * b->k)), cosine = fmax(cos(half), SMALLEST_COSINE);
-        b->K = 2.0 * half / s;
-        b->dK = 1.0 / cosine;
-        b->d2K = 0.5 * s * sin(half) / (cosine * cosine * cosine);
+    if (u->sine) {
+        return;
     }
-    return true;
+    double sine = 0.5 * s * b->k, half = asin(fmin(sine, sin(SHARPEST_HALF))), cosine = cos(half);
+    b->dK = 1.0 / cosine;
+    b->K = 2.0 * half / s + 2.0 * (sine - sin(half)) / (s * cosine);
+    b->d2K = half < SHARPEST_HALF ? 0.5 * s * sin(half) / (cosine * cosine * cosine) : 0.0;
 }
 
 /* (I - t t') m / length */
 static Vec3 across(const Bend *b, int e, Vec3 m) {
+    if (b->short_one[e]) {
+        return vec3_scale(b->inverse[e], m);
+    }
     return vec3_scale(b->inverse[e], vec3_axpy(m, -vec3_dot(m, b->t[e]), b->t[e]));
 }
 
@@ -54,7 +62,8 @@ static void add_to(double *gradient, int node, Vec3 g) {
 static void add_bend_gradient(const ThreadUnits *u, const BendUnit *unit, const double *x,
                               double *gradient) {
     Bend b;
-    if (!bend_of(u, unit, x, &b) || b.k * unit->length < SMALLEST_TURN) {
+    bend_of(u, unit, x, &b);
+    if (b.k * unit->length < SMALLEST_TURN) {
         return;
     }
     double moment = yarn_value(&u->bend[unit->axis], b.K, NULL);
@@ -72,7 +81,8 @@ static void bend_rows(const Bend *b, double j[3][3][3]) {
             double p[2];
             for (int e = 0; e < 2; e++) {
                 const double t[3] = {b->t[e].x, b->t[e].y, b->t[e].z};
-                p[e] = b->inverse[e] * ((r == c) - t[r] * t[c]);
+                double along = b->short_one[e] ? 0.0 : t[r] * t[c];
+                p[e] = b->inverse[e] * ((r == c) - along);
             }
             j[0][r][c] = p[0], j[1][r][c] = -(p[0] + p[1]), j[2][r][c] = p[1];
         }
@@ -100,9 +110,7 @@ static void add_bend_hessian(const ThreadUnits *u, const BendUnit *unit, const B
                              const double *x, double *values) {
     Bend b;
     double j[3][3][3], c[3][3];
-    if (!bend_of(u, unit, x, &b)) {
-        return;
-    }
+    bend_of(u, unit, x, &b);
     bend_rows(&b, j);
     bend_stiffness(u, unit, &b, c);
     for (int p = 0, place = 0; p < 3; p++) {
@@ -127,32 +135,41 @@ static void add_bend_hessian(const ThreadUnits *u, const BendUnit *unit, const B
 /* ---- trellis ---- */
 
 typedef struct Cell {
-    double sine, phi, cosine;
-    Vec3 d[2]; /* [1/m] dS/dF1, dS/dF2 */
+    double sine;                /* S */
+    double work, pull, stiffen; /* W, dW/dS, d2W/dS2 at |S|; [N/m] */
+    Vec3 d[2];                  /* [1/m] dS/dF1, dS/dF2 */
 } Cell;
 
 static const double cell_sign[4][2] = {{-0.5, -0.5}, {0.5, -0.5}, {-0.5, 0.5}, {0.5, 0.5}};
 
-static bool cell_of(const int *nodes, const double *x, Cell *cell) {
+/* W and its derivatives by S = sin(phi); quadratic beyond CLOSED, as 1/cos(phi) has no bound */
+static void find_work(const TrellisCurve *curve, double sine, Cell *cell) {
+    double phi = asin(fmin(sine, sin(CLOSED))), c = cos(phi), over = fmax(sine - sin(CLOSED), 0.0);
+    double slope, tau = trellis_moment(curve, phi, &slope);
+    cell->stiffen = fmax(slope, 0.0) / (c * c) + tau * sin(phi) / (c * c * c);
+    cell->pull = tau / c + cell->stiffen * over;
+    cell->work = trellis_work(curve, phi) + (tau / c + 0.5 * cell->stiffen * over) * over;
+}
+
+static void cell_of(const ThreadUnits *u, const int *nodes, const double *x, Cell *cell) {
     Vec3 f[2] = {{0, 0, 0}, {0, 0, 0}};
     double length[2];
+    bool short_one[2];
     for (int axis = 0; axis < 2; axis++) {
         for (int k = 0; k < 4; k++) {
             f[axis] = vec3_axpy(f[axis], cell_sign[k][axis], vec3_load(x + 3 * nodes[k]));
         }
-        length[axis] = vec3_length(f[axis]);
-        if (length[axis] <= 0.0) {
-            return false;
-        }
+        double size = vec3_length(f[axis]), shortest = SHORTEST_SHARE * u->spacing[axis];
+        short_one[axis] = size < shortest;
+        length[axis] = fmax(size, shortest);
         f[axis] = vec3_scale(1.0 / length[axis], f[axis]);
     }
-    double s = fmax(-1.0, fmin(1.0, vec3_dot(f[0], f[1])));
-    cell->sine = s;
-    cell->phi = asin(fabs(s));
-    cell->cosine = fmax(sqrt(1.0 - s * s), SMALLEST_COSINE);
-    cell->d[0] = vec3_scale(1.0 / length[0], vec3_axpy(f[1], -s, f[0]));
-    cell->d[1] = vec3_scale(1.0 / length[1], vec3_axpy(f[0], -s, f[1]));
-    return true;
+    double s = cell->sine = vec3_dot(f[0], f[1]);
+    find_work(&u->trellis, fmin(fabs(s), 1.0), cell);
+    for (int axis = 0; axis < 2; axis++) {
+        double along = short_one[axis] ? 0.0 : s;
+        cell->d[axis] = vec3_scale(1.0 / length[axis], vec3_axpy(f[1 - axis], -along, f[axis]));
+    }
 }
 
 /* dS / d node k */
@@ -163,11 +180,8 @@ static Vec3 cell_row(const Cell *cell, int k) {
 static void add_cell_gradient(const ThreadUnits *u, const int *nodes, const double *x,
                               double *gradient) {
     Cell cell;
-    if (!cell_of(nodes, x, &cell)) {
-        return;
-    }
-    double tau = trellis_moment(&u->trellis, cell.phi, NULL);
-    double pull = u->cell_area * copysign(tau, cell.sine) / cell.cosine;
+    cell_of(u, nodes, x, &cell);
+    double pull = u->cell_area * copysign(cell.pull, cell.sine);
     for (int k = 0; k < 4; k++) {
         add_to(gradient, nodes[k], vec3_scale(pull, cell_row(&cell, k)));
     }
@@ -176,12 +190,8 @@ static void add_cell_gradient(const ThreadUnits *u, const int *nodes, const doub
 static void add_cell_hessian(const ThreadUnits *u, const int *nodes, const BlockPlace *places,
                              const double *x, double *values) {
     Cell cell;
-    double slope;
-    if (!cell_of(nodes, x, &cell)) {
-        return;
-    }
-    trellis_moment(&u->trellis, cell.phi, &slope);
-    double stiffness = u->cell_area * fmax(slope, 0.0) / (cell.cosine * cell.cosine);
+    cell_of(u, nodes, x, &cell);
+    double stiffness = u->cell_area * cell.stiffen;
     for (int p = 0, place = 0; p < 4; p++) {
         Vec3 a = cell_row(&cell, p);
         const double left[3] = {a.x, a.y, a.z};
@@ -204,15 +214,13 @@ double thread_units_energy(const ThreadUnits *u, const double *x) {
     for (int i = 0; i < u->bend_count; i++) {
         const BendUnit *unit = &u->bends[i];
         Bend b;
-        if (bend_of(u, unit, x, &b)) {
-            energy += unit->area * yarn_work(&u->bend[unit->axis], b.K);
-        }
+        bend_of(u, unit, x, &b);
+        energy += unit->area * yarn_work(&u->bend[unit->axis], b.K);
     }
     for (int i = 0; i < u->cell_count; i++) {
         Cell cell;
-        if (cell_of(u->cells[i], x, &cell)) {
-            energy += u->cell_area * trellis_work(&u->trellis, cell.phi);
-        }
+        cell_of(u, u->cells[i], x, &cell);
+        energy += u->cell_area * cell.work;
     }
     return energy;
 }

@@ -22,8 +22,8 @@ typedef struct ThreadUnits {
     int bend_count, cell_count, node_limit;
     bool sine;
     BendUnit *bends;
-    int (*cells)[4]; /* nodes 00, 10, 01, 11 */
-    double cell_area;
+    int (*cells)[4];              /* nodes 00, 10, 01, 11 */
+    double cell_area, spacing[2]; /* [m2], [m] along warp and weft */
     YarnCurve bend[2];
     TrellisCurve trellis;
     BlockPlace (*bend_places)[6]; /* lower pairs 00, 10, 11, 20, 21, 22; base -1: a ghost */

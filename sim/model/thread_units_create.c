@@ -72,7 +72,8 @@ ThreadUnits thread_units_create(const Cloth *cloth, Arena *arena) {
     const Panel *p = &cloth->panel;
     ThreadUnits u = {.node_limit = cloth->node_count,
                      .sine = cloth->bending == BENDING_SINE,
-                     .cell_area = p->h1 * p->h2};
+                     .cell_area = p->h1 * p->h2,
+                     .spacing = {p->h1, p->h2}};
     u.bends = arena_push(arena, BendUnit, 2 * p->node_count + cloth->ghost_count);
     u.cells = (int(*)[4])arena_alloc(arena, sizeof(int[4]) * (size_t)p->node_count);
     for (int axis = 0; axis < 2; axis++) {

@@ -13,7 +13,7 @@
  * (Gershgorin: largest frequency^2 <= 1 / share < 4); the rest is for what stiffens until the next
  * look at K */
 #define MASS_SHARE 0.55
-#define LOOK_EVERY 100   /* steps between two looks at K */
+#define LOOK_EVERY 20    /* steps between two looks at K */
 #define EQUILIBRIUM 1e-6 /* of the weight: residual, as `static` has it */
 #define MOST_STEPS 400000
 
