@@ -22,7 +22,8 @@ typedef struct ExplicitRun {
 typedef struct ExplicitResult {
     bool finite;
     double work;           /* [J] done by handles on the cloth */
-    double energy_gain;    /* [J] change of kinetic + elastic + gravity + contact energy */
+    double energy_gain;    /* [J] change of kinetic + elastic + gravity + contact energy, and what
+                              mass damping took from cloths without a sweep */
     double energy_scale;   /* [J] of the energies at hand, for judging the gain */
     double contact_energy; /* [J] at the end */
     double fastest;        /* [m/s] at any time */
