@@ -8,7 +8,7 @@
 #include "tests/support/check.h"
 #include "tests/support/cloths.h"
 
-enum { MOST = 8 };
+enum { MOST = 64 };
 
 typedef struct Case {
     const char *name;
@@ -21,6 +21,7 @@ static Case cases[MOST];
 static int case_count;
 
 static void add_case(const char *name, ClothDef def, int clamps) {
+    assert_true(case_count < MOST);
     Case *c = &cases[case_count++];
     c->name = name;
     c->def = def;
