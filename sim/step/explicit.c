@@ -44,8 +44,7 @@ struct Explicit {
     double *v_held;   /* [m/s] (place_count x 3) of held places before a kick */
     Contact *contact; /* NULL: nothing can touch */
     Lead bending, membrane;
-    double
-        damped; /* [J] of this interval: taken by mass damping and drag, of cloths without sweep */
+    double damped;   /* [J] of this interval: by mass damping, of cloths without a sweep */
     double air_work; /* [J] of this interval */
     double limit;    /* [s] */
 };
