@@ -25,6 +25,13 @@ static bool has_moving_mesh(const System *system) {
     return false;
 }
 
+/* of a simulation whose stepper has no data yet */
+static bool give_up(Sim *sim) {
+    sim->stepper = NULL;
+    sim_destroy(sim);
+    return false;
+}
+
 bool sim_create(Sim *sim, const Scene *scene, const SimOptions *options, Error *error) {
     *sim = (Sim){.scene = scene, .options = *options, .hash = run_hash(scene, options)};
     parallel_set_threads(options->threads);
@@ -44,30 +51,22 @@ bool sim_create(Sim *sim, const Scene *scene, const SimOptions *options, Error *
                   "%s: stepper '%s' does not follow the path that 'hysteresis' remembers; use "
                   "central, bdf2 or backward_euler",
                   scene->path, sim->stepper->name);
-        sim->stepper = NULL;
-        sim_destroy(sim);
-        return false;
+        return give_up(sim);
     }
     if (sim->stepper->implicit && scene->air.normal_drag > 0.0) {
         error_set(error, EXIT_BAD_INPUT,
                   "%s: 'air: normal_drag' needs the stepper central; %s was chosen, since %s",
                   scene->path, sim->stepper->name, sim->stepper_why);
-        sim->stepper = NULL;
-        sim_destroy(sim);
-        return false;
+        return give_up(sim);
     }
     if (sim->stepper->implicit && has_moving_mesh(&sim->system)) {
         error_set(error, EXIT_BAD_INPUT,
                   "%s: a mesh moves, which needs the stepper central, not %s", scene->path,
                   sim->stepper->name);
-        sim->stepper = NULL;
-        sim_destroy(sim);
-        return false;
+        return give_up(sim);
     }
     if (!sim->stepper->create(&sim->system, &sim->stepper_data, error)) {
-        sim->stepper = NULL;
-        sim_destroy(sim);
-        return false;
+        return give_up(sim);
     }
     sim->state = state_allocate(&sim->system, &sim->arena);
     sim->packed = arena_push(&sim->arena, double, 6 * sim->system.node_count);
