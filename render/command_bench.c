@@ -19,6 +19,7 @@ typedef struct Bench {
     bool splats;
     const char *names[BENCH_STAGES];
     double best[BENCH_STAGES]; /* [s] CPU time a frame */
+    double still;              /* [s] the same of a frame like the one before */
     int triangles, width, height;
 } Bench;
 
@@ -52,8 +53,9 @@ static bool time_drawing(Bench *bench, Drawer *drawer, int first, int count, Err
     return true;
 }
 
-/* H.264 of a few frames, drawing left out of the account. */
-static bool time_encoding(Bench *bench, Drawer *drawer, int first, int count, Error *error) {
+/* [s] CPU time a frame of H.264, drawing left out of the account. */
+static bool time_encoding(const Bench *bench, Drawer *drawer, int first, int count, double *cost,
+                          Error *error) {
     char path[] = "/tmp/toile-bench-XXXXXX.mp4";
     int file = mkstemps(path, 4);
     if (file < 0) {
@@ -79,7 +81,23 @@ static bool time_encoding(Bench *bench, Drawer *drawer, int first, int count, Er
     }
     spent += cpu_seconds() - start;
     unlink(path);
-    bench->best[BENCH_STAGES - 1] = spent / ENCODE_FRAMES;
+    *cost = spent / ENCODE_FRAMES;
+    return good;
+}
+
+/* A film of a cloth at rest: every frame is looked at and shown, none is drawn. */
+static bool time_still(Bench *bench, Drawer *drawer, int frame, Error *error) {
+    uint64_t key;
+    bool good = draw_frame(drawer, frame, error) != NULL;
+    bench->still = INFINITY;
+    for (int round = 0; good && round < BENCH_ROUNDS; round++) {
+        double start = cpu_seconds();
+        good = draw_frame_key(drawer, frame, &key, error) && draw_frame(drawer, frame, error);
+        bench->still = fmin(bench->still, cpu_seconds() - start);
+    }
+    double encoded = 0.0;
+    good = good && time_encoding(bench, drawer, frame, 1, &encoded, error);
+    bench->still += encoded;
     return good;
 }
 
@@ -90,6 +108,8 @@ static const struct {
     double frame_ms;
 } limits[] = {{"draft", 1280, 150.0}, {"standard", 1280, 330.0}, {"standard", 1920, 670.0}};
 #define LIMIT_OUTPUT_PART 0.10 /* of a standard frame: reading back and encoding */
+
+#define STILL_PART (1.0 / 3.0)   /* of a moving frame: one that shows the same as the last */
 
 static double limit_of(const Bench *bench, const Options *options) {
     for (size_t i = 0; i < sizeof limits / sizeof *limits; i++) {
@@ -123,6 +143,7 @@ static void print_bench(const Bench *bench, const Options *options) {
     double output = bench->best[PAINT_READ + 2] + bench->best[BENCH_STAGES - 1];
     print_row(bench, options, "read_back_and_encode", output, LIMIT_OUTPUT_PART * limit);
     print_row(bench, options, "frame", total, limit);
+    print_row(bench, options, "still_frame", bench->still, 1e3 * STILL_PART * total);
 }
 
 ExitCode command_bench(const Options *options, Error *error) {
@@ -150,7 +171,10 @@ ExitCode command_bench(const Options *options, Error *error) {
         good = time_drawing(&bench, drawer, first, count, error);
         bench.triangles = draw_triangles(drawer);
         draw_measure(drawer, NULL);
-        good = good && time_encoding(&bench, drawer, first, last - first + 1, error);
+        good = good &&
+               time_encoding(&bench, drawer, first, last - first + 1,
+                             &bench.best[BENCH_STAGES - 1], error) &&
+               time_still(&bench, drawer, first, error);
         if (good) {
             print_bench(&bench, options);
         }

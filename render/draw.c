@@ -202,6 +202,7 @@ void draw_destroy(Drawer *drawer) {
 const Film *draw_film(const Drawer *drawer) { return &drawer->film; }
 int draw_width(const Drawer *drawer) { return drawer->def.width; }
 int draw_height(const Drawer *drawer) { return drawer->def.height; }
+int draw_count(const Drawer *drawer) { return drawer->count; }
 int draw_triangles(const Drawer *drawer) {
     return drawer->resampler ? resample_surface(drawer->resampler)->fine_count : 0;
 }

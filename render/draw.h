@@ -49,5 +49,6 @@ typedef struct DrawTimes {
     int frames;
 } DrawTimes;
 void draw_measure(Drawer *drawer, DrawTimes *times);
+int draw_count(const Drawer *drawer); /* frames that really were drawn */
 
 #endif

@@ -159,17 +159,30 @@ static bool draw_blurred(Drawer *drawer, const StateLayout *layout, const StateF
 
 /* ---- frames ---- */
 
+/* Where a camera stands and what it sees; a camera that has come to rest stays the same. */
+static uint64_t hash_camera(const Drawer *drawer, const StateLayout *layout,
+                            const StateFrame *frame) {
+    if (!camera_moves(&drawer->film)) {
+        return 0;
+    }
+    Camera c = camera_of(drawer, layout, frame);
+    double numbers[] = {c.eye.x,     c.eye.y,     c.eye.z, c.forward.x, c.forward.y,
+                        c.forward.z, c.up.x,      c.up.y,  c.up.z,      c.half_x,
+                        c.half_y,    c.distance};
+    return hash_bytes(numbers, sizeof numbers);
+}
+
 /* Of everything that a picture of this frame shows. */
 static uint64_t hash_frame(const Drawer *drawer, const StateFrame *frame,
                            const StateLayout *layout) {
     const Film *film = &drawer->film;
-    bool timed = film->show_time || camera_moves(film);
     size_t nodes = 3 * sizeof(double) * (size_t)layout->node_count;
-    uint64_t parts[5] = {hash_bytes(frame->x, nodes),
+    uint64_t parts[6] = {hash_bytes(frame->x, nodes),
                          hash_bytes(frame->pose, sizeof(Pose) * (size_t)frame->pose_count),
                          hash_bytes(frame->moved, 3 * sizeof(double) * (size_t)frame->moved_count),
                          draw_needs_velocities(drawer) ? hash_bytes(frame->v, nodes) : 0,
-                         timed ? hash_bytes(&frame->time, sizeof frame->time) : 0};
+                         film->show_time ? hash_bytes(&frame->time, sizeof frame->time) : 0,
+                         hash_camera(drawer, layout, frame)};
     return hash_bytes(parts, sizeof parts);
 }
 
@@ -241,6 +254,7 @@ const Image *draw_frame(Drawer *drawer, int index, Error *error) {
     bool good = draw_new(drawer, index, layout_index, error);
     arena_rewind(&drawer->scratch, mark);
     drawer->drawn = good ? index : -1;
+    drawer->count += good;
     drawer->shown = shown;
     return good ? &drawer->image : NULL;
 }

@@ -22,6 +22,7 @@ struct Drawer {
     int layout_index; /* of the resampler; -1 = none */
     int drawn;        /* index of the frame in `image`; -1 = none */
     uint64_t shown;   /* hash of what `image` shows */
+    int count;        /* frames drawn so far */
     Image image;
     DrawTimes *times;
 };
