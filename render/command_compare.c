@@ -4,14 +4,18 @@
 #include <string.h>
 
 #include "render/command.h"
-#include "render/compare.h"
+#include "render/compare_side.h"
+
+static bool start_text(const char *folder, const char *name, PartFile *file, Error *error) {
+    char path[FILE_PATH_SIZE];
+    snprintf(path, sizeof path, "%.4000s/%s", folder, name);
+    return file_create_folders(path, error) && file_start(file, path, error);
+}
 
 static bool write_text(const char *folder, const char *name, const Compare *compare,
                        void (*print)(const Compare *compare, FILE *out), Error *error) {
-    char path[FILE_PATH_SIZE];
     PartFile file;
-    snprintf(path, sizeof path, "%.4000s/%s", folder, name);
-    if (!file_create_folders(path, error) || !file_start(&file, path, error)) {
+    if (!start_text(folder, name, &file, error)) {
         return false;
     }
     print(compare, file.out);
@@ -46,6 +50,38 @@ static bool write_files(const Options *options, const CompareDef *def, const Com
     return good;
 }
 
+static bool write_side_files(const Options *options, const CompareDef *def,
+                             const CompareFromSide *compare, Error *error) {
+    const char *folder = options->output;
+    PartFile file;
+    Image strip = {0}, overlay;
+    if (!start_text(folder, "compare.json", &file, error)) {
+        return false;
+    }
+    compare_side_print_json(compare, file.out);
+    overlay = compare_side_draw_overlay(compare);
+    bool good = file_finish(&file, error) &&
+                write_picture(folder, "overlay.png", &overlay, error) &&
+                compare_side_draw_strip(def, compare, options->threads, &strip, error) &&
+                write_picture(folder, "side-by-side.png", &strip, error);
+    image_free(&overlay);
+    image_free(&strip);
+    return good;
+}
+
+static ExitCode compare_side(const Options *options, const CompareDef *def, Error *error) {
+    CompareFromSide compare;
+    bool good = compare_from_side(def, &compare, error);
+    if (good && options->json) {
+        compare_side_print_json(&compare, stdout);
+    } else if (good) {
+        compare_side_print_text(&compare, stdout);
+    }
+    good = good && (!options->output || write_side_files(options, def, &compare, error));
+    compare_from_side_free(&compare);
+    return good ? EXIT_OK : error->code;
+}
+
 ExitCode command_compare(const Options *options, Error *error) {
     CompareDef def = options->compare;
     Compare compare;
@@ -53,6 +89,9 @@ ExitCode command_compare(const Options *options, Error *error) {
     def.run = options->arguments[0];
     def.photo = options->arguments[1];
     def.frame = options->frames_given ? options->last < 0 ? options->first : options->last : -1;
+    if (def.fit_camera || def.point_count > 0) {
+        return compare_side(options, &def, error);
+    }
     bool good = compare_photo(&def, &compare, error);
     if (good && options->json) {
         compare_print_json(&compare, stdout);

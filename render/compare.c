@@ -36,24 +36,24 @@ static void shrink(Image *image, double factor) {
     *image = small;
 }
 
-static bool read_photo(const CompareDef *def, Compare *compare, Image *mask, Error *error) {
-    if (!image_read(def->photo, &compare->image, error) ||
+bool compare_read_photo(const CompareDef *def, int longest, Image *image, double *shrunk,
+                        Image *mask, Error *error) {
+    if (!image_read(def->photo, image, error) ||
         (def->mask && !image_read(def->mask, mask, error))) {
         return false;
     }
-    Image *image = &compare->image;
     if (mask->rgba && (mask->width != image->width || mask->height != image->height)) {
         return error_set(error, EXIT_BAD_INPUT,
                          "%s: the mask has %d x %d pixels, the photograph "
                          "%d x %d",
                          def->mask, mask->width, mask->height, image->width, image->height);
     }
-    int longest = image->width > image->height ? image->width : image->height;
-    compare->shrunk = longest > LONGEST ? (double)longest / LONGEST : 1.0;
-    if (compare->shrunk > 1.0) {
-        shrink(image, compare->shrunk);
+    int side = image->width > image->height ? image->width : image->height;
+    *shrunk = side > longest ? (double)side / longest : 1.0;
+    if (*shrunk > 1.0) {
+        shrink(image, *shrunk);
         if (mask->rgba) {
-            shrink(mask, compare->shrunk);
+            shrink(mask, *shrunk);
         }
     }
     return true;
@@ -309,7 +309,7 @@ static bool compare_view(const CompareDef *def, Compare *compare, DrapeView *vie
         return error_set(error, EXIT_USAGE, "%s: no support below the cloth; --disc RADIUS",
                          def->run);
     }
-    bool good = read_photo(def, compare, &mask, error) &&
+    bool good = compare_read_photo(def, LONGEST, &compare->image, &compare->shrunk, &mask, error) &&
                 measure_photo(def, compare, &mask, error) && measure_run(def, compare, view, error);
     image_free(&mask);
     if (good) {

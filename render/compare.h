@@ -12,6 +12,8 @@
 
 #define COMPARE_TILTED 1.02 /* ratio of the plate's axes from which on the camera is tilted */
 
+#define COMPARE_MOST_POINTS 64
+
 typedef struct CompareDef {
     DrapeDef drape;          /* camera_height included */
     const char *run, *photo; /* paths */
@@ -22,6 +24,10 @@ typedef struct CompareDef {
     const char *mask; /* path of a picture that is white where the cloth is; NULL */
     double threshold; /* of the feature that tells cloth from background; NAN */
     bool face_only;   /* do not try the mirror image */
+    /* A photograph from the side: the camera is found from points, NAME=X,Y [px] */
+    bool fit_camera;
+    const char *points[COMPARE_MOST_POINTS];
+    int point_count;
 } CompareDef;
 
 CompareDef compare_default(void);
@@ -55,10 +61,21 @@ typedef struct Compare {
 
 /* Errors: EXIT_BAD_INPUT (a photograph that cannot be measured, a tilted camera), EXIT_USAGE (no
  * scale), EXIT_MISSING_INPUT. Free also after a failure. */
+/* Reads the photograph and the mask, if there is one, with sides of at most `longest` pixels. *shrunk: sides of the
+ * file over those of the image. */
+bool compare_read_photo(const CompareDef *def, int longest, Image *image, double *shrunk,
+                        Image *mask, Error *error);
+
 bool compare_photo(const CompareDef *def, Compare *compare, Error *error);
 void compare_free(Compare *compare);
 
 /* ---- reports ---- */
+
+/* A frame of the run as a film with this camera shows it; image: of the size that is wanted, even. */
+bool compare_draw_run(const char *path, const Film *film, int frame, int threads, Image *image,
+                      Error *error);
+/* Three pictures beside each other, as large as the smallest. */
+Image compare_join(const Image *const parts[3]);
 
 void compare_print_text(const Compare *compare, FILE *out);
 void compare_print_json(const Compare *compare, FILE *out);

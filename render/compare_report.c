@@ -8,6 +8,7 @@
 #include "render/sheet.h"
 
 #define DEGREE (PI / 180.0)
+#define GAP 8 /* [px] between pictures */
 
 static const SheetColor photo_color = {0.15, 1.0, 0.35, 1}, run_color = {1.0, 0.2, 0.75, 1};
 
@@ -181,56 +182,77 @@ static void mirror(Image *image) {
     }
 }
 
-static bool draw_run(const CompareDef *def, const Compare *c, int threads, Image *image,
-                     Error *error) {
+bool compare_draw_run(const char *path, const Film *film, int frame, int threads, Image *image,
+                      Error *error) {
     Run run = {0};
     RunDef run_def = run_default();
-    run_def.path = def->run;
+    run_def.path = path;
     if (!run_open(&run, &run_def, error)) {
         return false;
     }
-    Film view = view_of(c, &state_header(run.reader)->film, def->drape.camera_height);
     DrawDef draw = {.width = image->width,
                     .height = image->height,
                     .quality = quality_find("standard"),
-                    .film = &view,
+                    .film = film,
                     .threads = threads > 1 ? threads : 0};
     Drawer *drawer = draw_create(&run, &draw, error);
-    const Image *drawn = drawer ? draw_frame(drawer, c->drape.frame, error) : NULL;
+    const Image *drawn = drawer ? draw_frame(drawer, frame, error) : NULL;
     if (drawn) {
         memcpy(image->rgba, drawn->rgba,
                IMAGE_CHANNELS * (size_t)image->width * (size_t)image->height);
-        if (c->mirrored) {
-            mirror(image);
-        }
     }
     draw_destroy(drawer);
     run_close(&run);
     return drawn != NULL;
 }
 
-bool compare_draw_strip(const CompareDef *def, const Compare *c, int threads, Image *strip,
-                        Error *error) {
-    const int gap = 8;                                              /* [px] */
-    int width = c->image.width & ~1, height = c->image.height & ~1; /* drawings have even sides */
-    Image drawn = image_create(width, height);
-    if (!draw_run(def, c, threads, &drawn, error)) {
-        image_free(&drawn);
-        return false;
+Image compare_join(const Image *const parts[3]) {
+    int width = parts[0]->width, height = parts[0]->height;
+    for (int i = 1; i < 3; i++) {
+        width = parts[i]->width < width ? parts[i]->width : width;
+        height = parts[i]->height < height ? parts[i]->height : height;
     }
-    Image overlay = compare_draw_overlay(c);
-    const Image *parts[3] = {&c->image, &drawn, &overlay};
-    *strip = image_create(3 * width + 2 * gap, height);
-    memset(strip->rgba, 255, IMAGE_CHANNELS * (size_t)strip->width * (size_t)strip->height);
+    Image strip = image_create(3 * width + 2 * GAP, height);
+    memset(strip.rgba, 255, IMAGE_CHANNELS * (size_t)strip.width * (size_t)strip.height);
     for (int i = 0; i < 3; i++) {
         for (int y = 0; y < height; y++) {
-            size_t to = (size_t)y * (size_t)strip->width + (size_t)(i * (width + gap));
-            memcpy(strip->rgba + IMAGE_CHANNELS * to,
+            size_t to = (size_t)y * (size_t)strip.width + (size_t)(i * (width + GAP));
+            memcpy(strip.rgba + IMAGE_CHANNELS * to,
                    parts[i]->rgba + IMAGE_CHANNELS * (size_t)y * (size_t)parts[i]->width,
                    IMAGE_CHANNELS * (size_t)width);
         }
     }
+    return strip;
+}
+
+/* The film of the run as it is, with the photographer's camera. */
+static bool find_view(const CompareDef *def, const Compare *c, Film *view, Error *error) {
+    Run run = {0};
+    RunDef run_def = run_default();
+    run_def.path = def->run;
+    bool good = run_open(&run, &run_def, error);
+    if (good) {
+        *view = view_of(c, &state_header(run.reader)->film, def->drape.camera_height);
+        run_close(&run);
+    }
+    return good;
+}
+
+bool compare_draw_strip(const CompareDef *def, const Compare *c, int threads, Image *strip,
+                        Error *error) {
+    Film view;
+    Image drawn = image_create(c->image.width & ~1, c->image.height & ~1); /* even sides */
+    bool good = find_view(def, c, &view, error) &&
+                compare_draw_run(def->run, &view, c->drape.frame, threads, &drawn, error);
+    if (good) {
+        Image overlay = compare_draw_overlay(c);
+        const Image *parts[3] = {&c->image, &drawn, &overlay};
+        if (c->mirrored) {
+            mirror(&drawn);
+        }
+        *strip = compare_join(parts);
+        image_free(&overlay);
+    }
     image_free(&drawn);
-    image_free(&overlay);
-    return true;
+    return good;
 }

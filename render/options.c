@@ -29,7 +29,7 @@ const Command commands[] = {
      command_export, 1, 1, false},
     {"diff", "A B", "whether pictures, videos, runs or folders are the same; exit code 1 if not",
      command_diff, 2, 2, false},
-    {"compare", "RUN PHOTO", "a photograph of a real drape, from above, against a run",
+    {"compare", "RUN PHOTO", "a photograph of a real drape, from above or the side, against a run",
      command_compare, 2, 2, false},
     {"looks", "[-o FILE.png]", "what cloths and obstacles can look like; a sheet of swatches",
      command_looks, 0, 0, false},
@@ -219,6 +219,21 @@ static bool read_photo_centre(const char *text, Options *options, Error *error) 
            error_set(error, EXIT_USAGE, "--photo-centre %s: expected X,Y in pixels", text);
 }
 
+static bool read_fit(const char *text, Options *options, Error *error) {
+    options->compare.fit_camera = strcmp(text, "camera") == 0;
+    return options->compare.fit_camera ||
+           error_set(error, EXIT_USAGE, "--fit %s: expected camera", text);
+}
+
+static bool read_point(const char *text, Options *options, Error *error) {
+    CompareDef *compare = &options->compare;
+    if (compare->point_count == COMPARE_MOST_POINTS) {
+        return error_set(error, EXIT_USAGE, "--point: at most %d of them", COMPARE_MOST_POINTS);
+    }
+    compare->points[compare->point_count++] = text;
+    return true;
+}
+
 static bool read_range(const char *text, Options *options, Error *error) {
     double range[2];
     bool good = read_numbers(text, range, 2) && range[0] < range[1];
@@ -310,6 +325,11 @@ static const OptionRow rows[] = {
     {"photo-scale", "N", "compare", "[px/cm] with --photo-centre, instead", READER, 0, 0,
      read_photo_scale},
     {"photo-centre", "X,Y", "compare", "[px]", READER, 0, 0, read_photo_centre},
+    {"fit", "camera", "compare", "a photo from the side: find its camera from four --point or more",
+     READER, 0, 0, read_fit},
+    {"point", "NAME=X,Y", "compare",
+     "[px] where a box's corner pedestal.+-+ or a place 0.1,0,0.4 [m] is in the photo", READER, 0,
+     0, read_point},
     {"mask", "FILE", "compare", "a picture that is white where the cloth is", TEXT, 0,
      FIELD(compare.mask), NULL},
     {"threshold", "T", "compare", "instead of Otsu's", READER, 0, 0, read_threshold},
