@@ -109,7 +109,7 @@ static const struct {
 } limits[] = {{"draft", 1280, 150.0}, {"standard", 1280, 330.0}, {"standard", 1920, 670.0}};
 #define LIMIT_OUTPUT_PART 0.10 /* of a standard frame: reading back and encoding */
 
-#define STILL_PART (1.0 / 3.0)   /* of a moving frame: one that shows the same as the last */
+#define STILL_PART (1.0 / 3.0) /* of a moving frame: one that shows the same as the last */
 
 static double limit_of(const Bench *bench, const Options *options) {
     for (size_t i = 0; i < sizeof limits / sizeof *limits; i++) {
@@ -172,8 +172,8 @@ ExitCode command_bench(const Options *options, Error *error) {
         bench.triangles = draw_triangles(drawer);
         draw_measure(drawer, NULL);
         good = good &&
-               time_encoding(&bench, drawer, first, last - first + 1,
-                             &bench.best[BENCH_STAGES - 1], error) &&
+               time_encoding(&bench, drawer, first, last - first + 1, &bench.best[BENCH_STAGES - 1],
+                             error) &&
                time_still(&bench, drawer, first, error);
         if (good) {
             print_bench(&bench, options);

@@ -166,9 +166,8 @@ static uint64_t hash_camera(const Drawer *drawer, const StateLayout *layout,
         return 0;
     }
     Camera c = camera_of(drawer, layout, frame);
-    double numbers[] = {c.eye.x,     c.eye.y,     c.eye.z, c.forward.x, c.forward.y,
-                        c.forward.z, c.up.x,      c.up.y,  c.up.z,      c.half_x,
-                        c.half_y,    c.distance};
+    double numbers[] = {c.eye.x, c.eye.y, c.eye.z, c.forward.x, c.forward.y, c.forward.z,
+                        c.up.x,  c.up.y,  c.up.z,  c.half_x,    c.half_y,    c.distance};
     return hash_bytes(numbers, sizeof numbers);
 }
 

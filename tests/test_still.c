@@ -38,10 +38,8 @@ static uint64_t draw_task(void *context) {
     if (task->change) {
         task->change(&film);
     }
-    DrawDef def = {.width = WIDTH,
-                   .height = HEIGHT,
-                   .film = &film,
-                   .quality = quality_find("draft")};
+    DrawDef def = {
+        .width = WIDTH, .height = HEIGHT, .film = &film, .quality = quality_find("draft")};
     Drawer *drawer = draw_create(&run, &def, NULL);
     uint64_t hash = 0;
     for (int i = task->first; drawer && i < FRAMES; i++) {
