@@ -11,7 +11,7 @@
 
 /* mass / absolute row sum of the stiffness: 0.25 is the limit of stability for the K of the moment
  * (Gershgorin: largest frequency^2 <= 1 / share < 4); the rest is for what stiffens until the next
- * look at K: 0.55 fails on a cantilever that turns far */
+ * look at K: at 0.55 a sheet hung by two corners takes 30 times the steps */
 #define MASS_SHARE 1.0
 #define LOOK_EVERY 20    /* steps between two looks at K, at least */
 #define EQUILIBRIUM 1e-6 /* of the weight: residual, as `static` has it */
@@ -67,18 +67,20 @@ static void find_mass(Relaxation *r, const System *system, const NewtonProblem *
     }
 }
 
-/* one step of length 1; returns the kinetic energy, *residual of the start of the step [N] */
+/* One step of length 1; returns the kinetic energy, *residual of the start of the step [N]. From
+ * rest the velocity after half a step is half a kick: a whole one starts outside the amplitude, and
+ * a rest every three steps then drives the fast modes (by 8 % a time at frequency^2 = 0.9). */
 static double take_step(Relaxation *r, const System *system, const NewtonProblem *problem,
-                        double *residual) {
+                        bool from_rest, double *residual) {
     State *s = &r->trial;
-    double kinetic = 0.0, sum = 0.0;
+    double kinetic = 0.0, sum = 0.0, kick = from_rest ? 0.5 : 1.0;
     problem->gradient(problem->context, s->x, r->gradient);
     for (int k = 0; k < 3 * system->place_count; k++) {
         if (r->held[k / 3]) {
             continue;
         }
         double g = r->gradient[k], mass = r->mass[k / 3];
-        s->v[k] -= g / mass;
+        s->v[k] -= kick * g / mass;
         s->x[k] += s->v[k];
         kinetic += 0.5 * mass * s->v[k] * s->v[k];
         sum += g * g;
@@ -106,7 +108,7 @@ static bool advance(const System *system, void *data, State *state, double time_
             find_mass(r, system, &problem);
             looked = step;
         }
-        double now = take_step(r, system, &problem, &residual);
+        double now = take_step(r, system, &problem, kinetic == 0.0, &residual);
         if (!isfinite(now)) {
             break;
         }
