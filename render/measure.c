@@ -78,6 +78,25 @@ static void count_obstacle(const StateHeader *header, const StateLayout *layout,
     }
 }
 
+/* Triangles by which cloth is judged: vertices that are one node, as along a seam, are one. */
+static const int32_t *join_seams(const StateLayout *l, Arena *arena) {
+    if (l->w_count != l->vertex_count) {
+        return l->triangles;
+    }
+    int32_t *first = arena_push(arena, int32_t, l->node_count); /* vertex of a node, + 1 */
+    int32_t *triangles = arena_push(arena, int32_t, 3 * (size_t)l->triangle_count);
+    for (int i = l->vertex_count - 1; i >= 0; i--) {
+        if (l->w_start[i + 1] - l->w_start[i] != 1 || l->w_value[l->w_start[i]] != 1.0) {
+            return l->triangles;
+        }
+        first[l->w_column[l->w_start[i]]] = i + 1;
+    }
+    for (int k = 0; k < 3 * l->triangle_count; k++) {
+        triangles[k] = first[l->w_column[l->w_start[l->triangles[k]]]] - 1;
+    }
+    return triangles;
+}
+
 bool measure_crossings(const StateHeader *header, const StateLayout *layout,
                        const StateFrame *frame, Arena *arena, MeasureCrossings *found,
                        Error *error) {
@@ -85,7 +104,8 @@ bool measure_crossings(const StateHeader *header, const StateLayout *layout,
     ArenaMark mark = arena_mark(arena);
     double *surface = arena_push(arena, double, 3 * layout->vertex_count);
     state_surface(layout, frame->x, surface);
-    CrossingMesh mesh = {layout->vertex_count, layout->triangle_count, surface, layout->triangles};
+    CrossingMesh mesh = {layout->vertex_count, layout->triangle_count, surface,
+                         join_seams(layout, arena)};
     const char *damage = crossing_find_damage(&mesh);
     if (damage) {
         return error_set(error, EXIT_BAD_INPUT, "frame %d: %s", frame->frame, damage);

@@ -61,11 +61,13 @@ StateHeader layout_header(const Sim *sim, Arena *arena) {
                          .obstacles = obstacles};
 }
 
-/* running totals of nodes, triangles, loops over the cloths */
-static void fill_ranges(const System *system, int32_t *nodes, int32_t *triangles, int32_t *loops) {
+/* running totals of nodes, vertices, triangles, loops over the cloths */
+static void fill_ranges(const System *system, int32_t *nodes, int32_t *vertices, int32_t *triangles,
+                        int32_t *loops) {
     for (int c = 0; c < system->cloth_count; c++) {
         const Panel *p = &system->cloths[c].panel;
         nodes[c + 1] = nodes[c] + p->node_count;
+        vertices[c + 1] = vertices[c] + p->vertex_count;
         triangles[c + 1] = triangles[c] + p->triangle_count;
         loops[c + 1] = loops[c] + p->loop_count;
     }
@@ -84,7 +86,7 @@ static void fill_cloth(const System *system, int c, StateLayout *l, double *mate
                    pose_apply(cloth->def->pose, vec3_load(p->start + 3 * i)));
     }
     for (int k = 0; k < 3 * p->triangle_count; k++) {
-        triangles[3 * first_triangle + k] = first + p->triangles[k];
+        triangles[3 * first_triangle + k] = l->vertex_begin[c] + p->vertex_triangles[k];
     }
 }
 
@@ -111,18 +113,46 @@ static void fill_outlines(const System *system, StateLayout *l, Arena *arena) {
     l->outline_begin = begin;
 }
 
+/* places of the vertices, and the rows of W: one node each, or the identity */
+static void fill_vertices(const System *system, StateLayout *l, Arena *arena) {
+    double *material = arena_push(arena, double, 2 * l->vertex_count);
+    for (int c = 0; c < system->cloth_count; c++) {
+        const Panel *p = &system->cloths[c].panel;
+        memcpy(material + 2 * l->vertex_begin[c], p->vertex_material,
+               2 * (size_t)p->vertex_count * sizeof *material);
+    }
+    l->vertex_material = material;
+    if (l->vertex_count == l->node_count) {
+        return;
+    }
+    int32_t *start = arena_push(arena, int32_t, l->vertex_count + 1);
+    int32_t *column = arena_push(arena, int32_t, l->vertex_count);
+    double *value = arena_push(arena, double, l->vertex_count);
+    for (int c = 0; c < system->cloth_count; c++) {
+        for (int i = l->vertex_begin[c]; i < l->vertex_begin[c + 1]; i++) {
+            start[i + 1] = i + 1;
+            column[i] =
+                l->node_begin[c] + panel_node(&system->cloths[c].panel, i - l->vertex_begin[c]);
+            value[i] = 1.0;
+        }
+    }
+    l->w_count = l->vertex_count;
+    l->w_start = start, l->w_column = column, l->w_value = value;
+}
+
 StateLayout layout_make(const System *system, Arena *arena) {
     int cloths = system->cloth_count;
     int32_t *nodes = arena_push(arena, int32_t, cloths + 1);
     int32_t *triangle_begin = arena_push(arena, int32_t, cloths + 1);
     int32_t *loops = arena_push(arena, int32_t, cloths + 1);
-    fill_ranges(system, nodes, triangle_begin, loops);
+    int32_t *vertices = arena_push(arena, int32_t, cloths + 1);
+    fill_ranges(system, nodes, vertices, triangle_begin, loops);
     StateLayout l = {.cloth_count = cloths,
                      .node_count = nodes[cloths],
-                     .vertex_count = nodes[cloths],
+                     .vertex_count = vertices[cloths],
                      .triangle_count = triangle_begin[cloths],
                      .node_begin = nodes,
-                     .vertex_begin = nodes,
+                     .vertex_begin = vertices,
                      .triangle_begin = triangle_begin,
                      .loop_begin = loops,
                      .loop_count = loops[cloths]};
@@ -133,7 +163,8 @@ StateLayout layout_make(const System *system, Arena *arena) {
     for (int c = 0; c < cloths; c++) {
         fill_cloth(system, c, &l, material, rest, triangles, lattice);
     }
-    l.material = l.vertex_material = material;
+    l.material = material;
+    fill_vertices(system, &l, arena);
     l.rest = rest;
     l.triangles = triangles;
     l.lattice = lattice;

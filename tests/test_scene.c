@@ -162,6 +162,38 @@ static void test_polygon(void **state) {
     CHECK_NEAR(scene.cloths[0].spacing, 0.05, 1e-15);
 }
 
+/* a panel that is written clockwise is turned round, and the corners of its seams with it */
+static void test_garment(void **state) {
+    (void)state;
+    Scene scene =
+        parse(HEAD "cloth:\n  skirt:\n    fabric: denim\n    shape:\n      garment:\n"
+                   "        panels:\n"
+                   "          front: {outline: [[0.1, 0], [0.4, 0], [0.3, 1], [0.2, 1]]}\n"
+                   "          back: {outline: [[0, 0], [0.1, 1], [0.2, 1], [0.3, 0]],\n"
+                   "                 holes: [[[0.14, 0.5], [0.16, 0.5], [0.15, 0.6]]]}\n"
+                   "        seams: [[front.1-2, back.0-1], [back.3-2, front.0-3]]\n"
+                   "        oval: 70 %\n");
+    const ShapeDef *shape = &scene.cloths[0].shape;
+    const GarmentDef *garment = shape->garment;
+    assert_int_equal(shape->kind, SHAPE_GARMENT);
+    assert_int_equal(shape->loop_count, 3);
+    CHECK_NEAR(shape_area(shape), 0.4 - 0.001, 1e-12);
+    CHECK_NEAR(garment->oval, 0.7, 1e-15);
+    assert_true(!garment->panels[0].reversed && garment->panels[1].reversed);
+    assert_int_equal(garment->panels[1].loop_begin, 1);
+    assert_int_equal(garment->panels[1].loop_end, 3);
+    /* back.0-1 is the side from (0, 0) to (0.1, 1), somewhere to the right of the front */
+    const GarmentSeam *seam = &garment->seams[0];
+    assert_int_equal(seam->panel[1], 1);
+    const double *a = shape->outline + 2 * seam->corner[1][0];
+    const double *b = shape->outline + 2 * seam->corner[1][1];
+    CHECK_NEAR(a[1], 0, 0);
+    CHECK_NEAR(b[1], 1, 0);
+    CHECK_NEAR(b[0] - a[0], 0.1, 1e-15);
+    assert_true(a[0] > 0.4);
+    check_effective(&scene);
+}
+
 static void test_cloth(void **state) {
     (void)state;
     Scene scene = parse(HEAD SHEET "    nodes: 21x11\n    at: [1 cm, 2 cm, 3 cm]\n"
@@ -476,10 +508,10 @@ static void test_warnings(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        TEST(test_defaults), TEST(test_film),      TEST(test_cameras),  TEST(test_polygon),
-        TEST(test_cloth),    TEST(test_spacing),   TEST(test_handles),  TEST(test_obstacles),
-        TEST(test_rest),     TEST(test_writings),  TEST(test_include),  TEST(test_effective),
-        TEST(test_assets),   TEST(test_reference), TEST(test_warnings),
+        TEST(test_defaults),  TEST(test_film),   TEST(test_cameras),   TEST(test_polygon),
+        TEST(test_garment),   TEST(test_cloth),  TEST(test_spacing),   TEST(test_handles),
+        TEST(test_obstacles), TEST(test_rest),   TEST(test_writings),  TEST(test_include),
+        TEST(test_effective), TEST(test_assets), TEST(test_reference), TEST(test_warnings),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -21,9 +21,11 @@ typedef struct HingeEdge {
                          the last is -1 */
     int triangle[2]; /* left, right; -1: border */
     bool wall;       /* clamped border */
-    double length;   /* [m] at rest */
-    double normal[2]; /* unit, to the right, in the cloth */
-    double rest;      /* [rad] theta0 */
+    struct {
+        double length;    /* [m] at rest */
+        double normal[2]; /* unit, from the left to the right triangle, in the cloth */
+    } side[2];   /* as the left and the right triangle see it: on a seam two places of the cloth */
+    double rest; /* [rad] theta0 */
 } HingeEdge;
 
 enum { HINGE_NODES = 6 };
@@ -54,11 +56,12 @@ typedef struct Hinges {
     BlockPlace *places;
 } Hinges;
 
-/* `triangles`: (triangle_count x 3) anticlockwise in material space. */
+/* `triangles`: (triangle_count x 3) vertices, anticlockwise in material space. Two triangles with
+ * two nodes in common share an edge. */
 Hinges hinges_create(const Cloth *cloth, const int *triangles, int triangle_count, bool tensor,
                      Arena *arena);
 
-/* [m] from node a to b in material space; the nearest image on a sleeve */
+/* [m] from vertex a to b in material space; the nearest image on a sleeve */
 void hinges_difference(const Panel *panel, int a, int b, double d[2]);
 
 double hinges_energy(const Hinges *hinges, const double *x);

@@ -22,8 +22,8 @@ static int compare(const void *a, const void *b) {
 }
 
 void hinges_difference(const Panel *p, int a, int b, double d[2]) {
-    d[0] = p->material[2 * b] - p->material[2 * a];
-    d[1] = p->material[2 * b + 1] - p->material[2 * a + 1];
+    d[0] = p->vertex_material[2 * b] - p->vertex_material[2 * a];
+    d[1] = p->vertex_material[2 * b + 1] - p->vertex_material[2 * a + 1];
     if (p->wrap) {
         double width = p->h1 * p->nu;
         d[0] -= width * round(d[0] / width);
@@ -52,10 +52,10 @@ static int ghost_behind(const Cloth *cloth, int node, const double normal[2]) {
 /* The turn of an edge at rest. On a lattice the cylinder bends at the edges across it only, both
  * triangles of a cell stay in one plane; on other meshes all edges share the curvature. */
 static double rest_turn(const Panel *p, const HingeEdge *e, double area) {
-    const double *m = e->normal, *k = p->rest_curvature;
+    const double *m = e->side[0].normal, *k = p->rest_curvature;
     double along[2] = {m[0] * m[0], m[1] * m[1]};
     if (p->nu == 0) {
-        return (k[0] * along[0] + k[1] * along[1]) * area / e->length;
+        return (k[0] * along[0] + k[1] * along[1]) * area / e->side[0].length;
     }
     int axis = along[0] > 1.0 - 1e-9 ? 0 : along[1] > 1.0 - 1e-9 ? 1 : -1;
     if (axis < 0) {
@@ -66,27 +66,36 @@ static double rest_turn(const Panel *p, const HingeEdge *e, double area) {
     return p->wrap && axis == 0 ? 2.0 * asin(0.5 * h * k[0]) : h * k[axis];
 }
 
+/* length and normal of an edge on the plane of one of its triangles; way 1: along the triangle */
+static void see_edge(const Panel *p, const int *n, int side, double way, HingeEdge *e, int at) {
+    double along[2];
+    hinges_difference(p, n[side], n[(side + 1) % 3], along);
+    double length = hypot(along[0], along[1]);
+    e->side[at].length = length;
+    e->side[at].normal[0] = way * along[1] / length;
+    e->side[at].normal[1] = -way * along[0] / length;
+}
+
 static HingeEdge make_edge(const Cloth *cloth, const int *triangles, const HalfEdge *half,
                            bool shared) {
     const Panel *p = &cloth->panel;
     const int *n = triangles + 3 * half->triangle;
     HingeEdge e = {.triangle = {half->triangle, -1}};
-    double along[2];
-    e.node[0] = n[half->side], e.node[1] = n[(half->side + 1) % 3];
-    e.node[2] = n[(half->side + 2) % 3];
+    for (int k = 0; k < 3; k++) {
+        e.node[k] = panel_node(p, n[(half->side + k) % 3]);
+    }
     e.node[3] = e.node[4] = -1;
-    hinges_difference(p, e.node[0], e.node[1], along);
-    e.length = hypot(along[0], along[1]);
-    e.normal[0] = along[1] / e.length, e.normal[1] = -along[0] / e.length;
+    see_edge(p, n, half->side, 1.0, &e, 0);
     double area = triangle_area(p, n);
     if (shared) {
         const int *other = triangles + 3 * half[1].triangle;
         e.triangle[1] = half[1].triangle;
-        e.node[3] = other[(half[1].side + 2) % 3];
+        e.node[3] = panel_node(p, other[(half[1].side + 2) % 3]);
+        see_edge(p, other, half[1].side, -1.0, &e, 1);
         area += triangle_area(p, other);
     } else {
-        e.node[3] = ghost_behind(cloth, e.node[0], e.normal);
-        e.node[4] = ghost_behind(cloth, e.node[1], e.normal);
+        e.node[3] = ghost_behind(cloth, e.node[0], e.side[0].normal);
+        e.node[4] = ghost_behind(cloth, e.node[1], e.side[0].normal);
         e.wall = e.node[3] >= 0 && e.node[4] >= 0;
     }
     e.rest = shared || e.wall ? rest_turn(p, &e, area) : 0.0;
@@ -99,7 +108,8 @@ static void create_edges(const Cloth *cloth, const int *triangles, int count, Hi
     HalfEdge *halves = malloc(3 * (size_t)count * sizeof *halves);
     ASSERT(halves);
     for (int k = 0; k < 3 * count; k++) {
-        int a = triangles[k], b = triangles[k / 3 * 3 + (k + 1) % 3];
+        int a = panel_node(&cloth->panel, triangles[k]);
+        int b = panel_node(&cloth->panel, triangles[k / 3 * 3 + (k + 1) % 3]);
         halves[k] = (HalfEdge){a < b ? a : b, a < b ? b : a, k / 3, k % 3};
     }
     qsort(halves, 3 * (size_t)count, sizeof *halves, compare);
@@ -116,8 +126,8 @@ static void create_edges(const Cloth *cloth, const int *triangles, int count, Hi
 /* ---- elements ---- */
 
 /* (m1 m1, m2 m2, 2 m1 m2): curvature across an edge, and the moment across it */
-static void across(const HingeEdge *e, double p[3]) {
-    const double *m = e->normal;
+static void across(const HingeEdge *e, int side, double p[3]) {
+    const double *m = e->side[side].normal;
     p[0] = m[0] * m[0], p[1] = m[1] * m[1], p[2] = 2.0 * m[0] * m[1];
 }
 
@@ -175,8 +185,11 @@ static void create_hinges(const Cloth *cloth, const double *area, Hinges *h) {
         }
         double p[3], both = area[e->triangle[0]] + (e->wall ? 0.0 : area[e->triangle[1]]);
         HingeElement *el = &h->elements[h->element_count++];
-        across(e, p);
-        el->d[0] = quadratic(d, p, p) * e->length * e->length / both;
+        for (int side = 0; side < (e->wall ? 1 : 2); side++) {
+            double length = e->side[side].length;
+            across(e, side, p);
+            el->d[0] += (e->wall ? 1.0 : 0.5) * quadratic(d, p, p) * length * length / both;
+        }
         el->c[0][0] = 1.0;
         add_edge(cloth, h, el, k);
     }
@@ -189,14 +202,14 @@ static void add_to_triangle(const Cloth *cloth, const double *area, const Hinges
     int triangle = e->triangle[side], other = e->triangle[1 - side];
     HingeElement *el = &h->elements[triangle];
     double p[3], mine = area[triangle];
-    across(e, p);
+    across(e, side, p);
     if (!turns(e)) {
         condense(el->d, p);
         return;
     }
     double share = e->wall ? 1.0 : mine / (mine + area[other]);
     for (int k = 0; k < 3; k++) {
-        el->c[el->edge_count][k] = e->length * share / mine * p[k];
+        el->c[el->edge_count][k] = e->side[side].length * share / mine * p[k];
     }
     add_edge(cloth, h, el, edge);
 }

@@ -45,6 +45,7 @@ struct ClothModel {
     /* 1 << BendingKind of all that it knows on lattices, on scattered nodes; the lowest is that of
      * 'auto'; 0: it cannot have such nodes. cloth_create refuses the others. */
     unsigned lattice_bendings, scattered_bendings;
+    bool seams; /* it knows garments, whose vertices are more than its nodes */
     /* Fills mass, strain_count, lattice, data, note; material becomes what the model computes
      * with. Errors: EXIT_BAD_INPUT. */
     bool (*create)(Cloth *cloth, Arena *arena, Error *error);

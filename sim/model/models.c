@@ -132,6 +132,11 @@ bool cloth_create(Cloth *cloth, const ClothDef *def, const HandleDef *handles, i
     if (!panel_create(def, seed, arena, &cloth->panel, error)) {
         return false;
     }
+    if (cloth->panel.vertex_node && !cloth->model->seams) {
+        return error_set(error, EXIT_BAD_INPUT,
+                         "cloth '%s': model '%s' cannot be sewn; 'triangles' can", def->name,
+                         def->model);
+    }
     if (!choose_bending(cloth, arena, error)) {
         return false;
     }

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "sim/base/hash.h"
+#include "sim/model/garment.h"
 #include "sim/model/scatter.h"
 
 #define ERROR_AT_BENDING_LENGTH 0.2 /* relative error when the spacing is the bending length */
@@ -132,7 +133,8 @@ static void add_noise(const ClothDef *def, uint64_t seed, Panel *p) {
     for (int node = 0; node < p->node_count && def->noise > 0.0; node++) {
         double *x = p->start + 3 * node;
         double shift = def->noise * hash_random(seed, (uint64_t)node);
-        Vec3 away = p->wrap ? vec3_unit(vec3(x[0], x[1], 0), vec3(1, 0, 0)) : vec3(0, 0, 1);
+        bool around = p->wrap || p->vertex_node;
+        Vec3 away = around ? vec3_unit(vec3(x[0], x[1], 0), vec3(1, 0, 0)) : vec3(0, 0, 1);
         vec3_store(x, vec3_axpy(vec3_load(x), shift, away));
     }
 }
@@ -141,6 +143,13 @@ bool panel_create(const ClothDef *def, uint64_t seed, Arena *arena, Panel *panel
     *panel = (Panel){0};
     bool ok = is_lattice(def) ? lattice_create(def, arena, panel, error)
                               : scatter_create(def, seed, arena, panel, error);
+    if (ok && def->shape.kind == SHAPE_GARMENT) {
+        ok = garment_sew(def, arena, panel, error);
+    } else if (ok) {
+        panel->vertex_count = panel->node_count;
+        panel->vertex_material = panel->material;
+        panel->vertex_triangles = panel->triangles;
+    }
     if (ok) {
         add_noise(def, seed, panel);
     }
@@ -193,6 +202,9 @@ static int select_nearest(const Panel *p, const double point[2], unsigned char *
 int panel_select(const Panel *p, const HandleDef *handle, unsigned char *marks) {
     if (handle->region == REGION_NEAREST) {
         return select_nearest(p, handle->point, marks);
+    }
+    if (p->vertex_node && handle->region != REGION_ALL) {
+        return garment_select(p, handle->region == REGION_TOP, marks);
     }
     int count = 0;
     for (int node = 0; node < p->node_count; node++) {

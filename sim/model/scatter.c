@@ -7,6 +7,7 @@
 #include "sim/base/hash.h"
 #include "sim/geom/delaunay.h"
 #include "sim/model/cells.h"
+#include "sim/model/garment.h"
 
 /* of the spacing, besides the random shift: inner nodes start that far from the border. With more,
  * nodes that do not follow the border leave gaps, where stiff cloth locks (0.6: three times the
@@ -20,6 +21,7 @@
 typedef struct Seeds {
     double *points; /* (count x 2): border nodes loop after loop, then inner nodes */
     int count, capacity;
+    const ShapeDef *shape;
 } Seeds;
 
 static void push(Seeds *s, double u, double v) {
@@ -56,11 +58,18 @@ static void push_circle(Seeds *s, double radius, double spacing, double directio
     }
 }
 
-static void push_side(Seeds *s, const double *a, const double *b, double spacing) {
-    int count = (int)fmax(1.0, round(hypot(b[0] - a[0], b[1] - a[1]) / spacing));
+static void push_side(Seeds *s, const double *a, const double *b, int count) {
     for (int k = 0; k < count; k++) {
         double t = (double)k / count;
         push(s, a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1]));
+    }
+}
+
+/* pieces of each side of a loop */
+static void divide_loop(const double *outline, int begin, int end, double spacing, int *count) {
+    for (int i = begin; i < end; i++) {
+        const double *a = outline + 2 * i, *b = outline + 2 * (i + 1 < end ? i + 1 : begin);
+        count[i] = (int)fmax(1.0, round(hypot(b[0] - a[0], b[1] - a[1]) / spacing));
     }
 }
 
@@ -69,20 +78,29 @@ static void make_border(const ClothDef *def, double h, Seeds *s, Panel *p, Arena
     const ShapeDef *shape = &def->shape;
     double corners[8] = {0, 0, shape->width, 0, shape->width, shape->height, 0, shape->height};
     int rectangle_begin[2] = {0, 4};
-    const double *outline = shape->kind == SHAPE_POLYGON ? shape->outline : corners;
-    const int *begin = shape->kind == SHAPE_POLYGON ? shape->loop_begin : rectangle_begin;
+    bool garment = shape->kind == SHAPE_GARMENT, polygon = garment || shape->kind == SHAPE_POLYGON;
+    const double *outline = polygon ? shape->outline : corners;
+    const int *begin = polygon ? shape->loop_begin : rectangle_begin;
     bool round_shape = shape->kind == SHAPE_DISC || shape->kind == SHAPE_ANNULUS;
-    p->loop_count = shape->kind == SHAPE_POLYGON   ? shape->loop_count
-                    : shape->kind == SHAPE_ANNULUS ? 2
-                                                   : 1;
+    p->loop_count = polygon ? shape->loop_count : shape->kind == SHAPE_ANNULUS ? 2 : 1;
+    int sides = round_shape ? 0 : begin[p->loop_count];
+    int *count = arena_push(arena, int, sides), *corner = arena_push(arena, int, sides);
     p->outline_begin = arena_push(arena, int, p->loop_count + 1);
+    for (int l = 0; l < p->loop_count && !round_shape; l++) {
+        divide_loop(outline, begin[l], begin[l + 1], h, count);
+    }
+    if (garment) {
+        garment_divide_seams(shape, h, count);
+        p->corner = corner;
+    }
     for (int l = 0; l < p->loop_count; l++) {
         if (round_shape) {
             push_circle(s, l == 0 ? shape->radius : shape->inner_radius, h, l == 0 ? 1.0 : -1.0);
         } else {
             for (int i = begin[l]; i < begin[l + 1]; i++) {
                 int next = i + 1 < begin[l + 1] ? i + 1 : begin[l];
-                push_side(s, outline + 2 * i, outline + 2 * next, h);
+                corner[i] = s->count;
+                push_side(s, outline + 2 * i, outline + 2 * next, count[i]);
             }
         }
         p->outline_begin[l + 1] = s->count;
@@ -143,21 +161,72 @@ static void make_inside(const ClothDef *def, double h, uint64_t seed, const Pane
     }
 }
 
-/* triangles whose centroid is inside the panel */
-static bool triangulate(const Seeds *s, const Panel *p, Arena *arena, int **triangles, int *count) {
-    int all;
-    if (!delaunay_triangulate(s->points, s->count, arena, triangles, &all)) {
+/* Points around a panel, so that its straight sides are inside the hull: Qhull joins the facets of
+ * rows of points on the hull. Not evenly spaced: no two of them on one circle with a side. */
+#define FENCE_POSTS 11
+static int add_fence(double *points, int count) {
+    double low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
+    for (int i = 0; i < 2 * count; i++) {
+        low[i % 2] = fmin(low[i % 2], points[i]);
+        high[i % 2] = fmax(high[i % 2], points[i]);
+    }
+    double size = hypot(high[0] - low[0], high[1] - low[1]);
+    for (int k = 0; k < FENCE_POSTS; k++) {
+        double angle = 2.0 * PI * k / FENCE_POSTS + 0.1, away = size * (1.0 + 0.03 * k);
+        points[2 * (count + k)] = 0.5 * (low[0] + high[0]) + away * cos(angle);
+        points[2 * (count + k) + 1] = 0.5 * (low[1] + high[1]) + away * sin(angle);
+    }
+    return count + FENCE_POSTS;
+}
+
+/* triangles whose centroid is inside the panel; *count grows by them */
+static bool triangulate_piece(const double *points, int own, int fenced, const int *number,
+                              const Panel *p, Arena *arena, int *triangles, int *count) {
+    int *found, all;
+    if (!delaunay_triangulate(points, fenced, arena, &found, &all)) {
         return false;
     }
-    *count = 0;
     for (int t = 0; t < all; t++) {
-        const int *n = *triangles + 3 * t;
-        double centroid[2], *x = s->points;
+        const int *n = found + 3 * t;
+        double centroid[2];
+        if (n[0] >= own || n[1] >= own || n[2] >= own) {
+            continue; /* of the fence */
+        }
         for (int c = 0; c < 2; c++) {
-            centroid[c] = (x[2 * n[0] + c] + x[2 * n[1] + c] + x[2 * n[2] + c]) / 3.0;
+            centroid[c] =
+                (points[2 * n[0] + c] + points[2 * n[1] + c] + points[2 * n[2] + c]) / 3.0;
         }
         if (loops_contain(p->outline, p->outline_begin, p->loop_count, centroid)) {
-            memmove(*triangles + 3 * (*count)++, n, 3 * sizeof *n);
+            for (int k = 0; k < 3; k++) {
+                triangles[3 * *count + k] = number[n[k]];
+            }
+            ++*count;
+        }
+    }
+    return true;
+}
+
+/* The panels of a garment one by one: equal panels side by side are full of points on one circle. */
+static bool triangulate(const Seeds *s, const Panel *p, Arena *arena, int **triangles, int *count) {
+    const GarmentDef *garment = s->shape->garment;
+    bool fence = garment || s->shape->kind == SHAPE_POLYGON;
+    int pieces = garment ? garment->panel_count : 1;
+    double *points = arena_push(arena, double, 2 * (s->count + FENCE_POSTS));
+    int *number = arena_push(arena, int, s->count);
+    *triangles = arena_push(arena, int, 6 * s->count); /* fewer than twice the points */
+    *count = 0;
+    for (int piece = 0; piece < pieces; piece++) {
+        int own = 0;
+        for (int i = 0; i < s->count; i++) {
+            if (garment && garment_panel_at(s->shape, s->points[2 * i]) != piece) {
+                continue;
+            }
+            memcpy(points + 2 * own, s->points + 2 * i, 2 * sizeof *points);
+            number[own++] = i;
+        }
+        int fenced = fence ? add_fence(points, own) : own;
+        if (!triangulate_piece(points, own, fenced, number, p, arena, *triangles, count)) {
+            return false;
         }
     }
     return true;
@@ -226,7 +295,7 @@ static bool check_area(const ClothDef *def, Panel *p, Arena *arena, Error *error
 }
 
 bool scatter_create(const ClothDef *def, uint64_t seed, Arena *arena, Panel *p, Error *error) {
-    Seeds s = {0};
+    Seeds s = {.shape = &def->shape};
     double h = wished_spacing(def);
     p->h1 = p->h2 = h;
     if (scatter_node_estimate(def) > PANEL_MOST_NODES) {

@@ -35,7 +35,7 @@ static const int *lattice_triangles(const Panel *p, int *count, Arena *arena) {
     return triangles;
 }
 
-/* one sample a triangle: rows are the gradients of its hat functions */
+/* one sample a triangle (of vertices): rows are the gradients of its hat functions */
 static void constant_strain(const Cloth *cloth, const int *triangles, int count, StrainSamples *s,
                             Arena *arena) {
     const Panel *p = &cloth->panel;
@@ -60,7 +60,7 @@ static void constant_strain(const Cloth *cloth, const int *triangles, int count,
         }
         area = 0.5 * (side[2][0] * -side[1][1] + side[2][1] * side[1][0]);
         for (int k = 0; k < 3; k++) {
-            s->node[3 * t + k] = n[k];
+            s->node[3 * t + k] = panel_node(p, n[k]);
             s->row[2 * (3 * t + k)] = -0.5 * side[k][1] / area;
             s->row[2 * (3 * t + k) + 1] = 0.5 * side[k][0] / area;
         }
@@ -89,7 +89,7 @@ static bool create(Cloth *cloth, Arena *arena, Error *error) {
     const Panel *p = &cloth->panel;
     MembraneKind membrane = cloth->def->membrane;
     Triangles *t = arena_push(arena, Triangles, 1);
-    const int *triangles = p->triangles;
+    const int *triangles = p->vertex_triangles;
     int count = p->triangle_count;
     bool pairs = p->nu > 0 && membrane != MEMBRANE_TRIANGLES;
     cloth->data = t;
@@ -161,6 +161,7 @@ const ClothModel cloth_model_triangles = {
     .about = "triangles with a curvature tensor, or hinges (after Baraff, Witkin 1998)",
     .lattice_bendings = 1u << BENDING_TENSOR | 1u << BENDING_HINGE,
     .scattered_bendings = 1u << BENDING_TENSOR | 1u << BENDING_HINGE,
+    .seams = true,
     .create = create,
     .energy = energy,
     .add_gradient = add_gradient,

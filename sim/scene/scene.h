@@ -15,17 +15,18 @@
 #include "sim/base/film.h"
 #include "sim/geom/solid.h"
 #include "sim/scene/fabric.h"
+#include "sim/scene/garment.h"
 #include "sim/scene/mesh.h"
 #include "sim/scene/motion.h"
 
 #define SCENE_VERSION 1
-
 typedef enum ShapeKind {
     SHAPE_RECTANGLE, /* width along u (warp), height along v (weft) */
     SHAPE_SLEEVE,    /* a rectangle joined to itself: u runs around, v along the axis */
     SHAPE_DISC,
     SHAPE_ANNULUS,
-    SHAPE_POLYGON /* closed outline with holes */
+    SHAPE_POLYGON, /* closed outline with holes */
+    SHAPE_GARMENT  /* polygons sewn together */
 } ShapeKind;
 
 typedef struct ShapeDef {
@@ -35,6 +36,7 @@ typedef struct ShapeDef {
     double length;               /* [m] sleeve */
     bool rest_curved;            /* sleeve: the rest shape is the cylinder; false: the flat panel */
     double rest_curvature[2];    /* [1/m] rectangle: rest curvature along u, v; 0 */
+    const GarmentDef *garment;   /* NULL: one panel */
     int loop_count;              /* polygon: outer outline, anticlockwise, then holes, clockwise */
     const int *loop_begin;       /* (loop_count + 1) */
     const double *outline;       /* [m] (loop_begin[loop_count] x 2) */
@@ -164,8 +166,7 @@ typedef struct SolverDef {
     double contact_distance; /* [m] distance kept from obstacles and other cloth; 0 = from the
                                 thickness */
     bool self_contact;       /* cloth meets itself and other cloth; true */
-    double lag;              /* [s] an obstacle that pinched cloth keeps further behind than this
-                                ends the run; 1 s */
+    double lag; /* [s] an obstacle that pinched cloth keeps further behind ends the run; 1 s */
 } SolverDef;
 
 typedef struct Scene {
@@ -198,9 +199,9 @@ typedef struct SceneWords {
     const char *const *models, *const *steppers, *const *looks;
 } SceneWords;
 
-/* Reads and checks a scene. False with up to ten errors ("file:line:column: error: ...", the
- * source line, a caret) in error->text, code EXIT_BAD_INPUT, EXIT_MISSING_INPUT or EXIT_IO.
- * `words` may be NULL: any name of a model, a stepper, a look. */
+/* Reads and checks a scene. False with up to ten errors ("file:line:column: error: ...", the source
+ * line, a caret) in error->text, code EXIT_BAD_INPUT, EXIT_MISSING_INPUT or EXIT_IO. `words` may be
+ * NULL: any name of a model, a stepper, a look. */
 bool scene_read(const char *path, const SceneWords *words, Arena *arena, Scene *scene,
                 Error *error);
 

@@ -57,10 +57,10 @@ static const Schema rectangle_schema = SHAPE("rectangle", rectangle_fields, "a r
 static const Schema sleeve_schema = SHAPE("sleeve", sleeve_fields, "an open cylinder");
 static const Schema disc_schema = SHAPE("disc", disc_fields, "a disc");
 static const Schema annulus_schema = SHAPE("annulus", annulus_fields, "a disc with a hole");
-static const Schema polygon_schema = {.name = "polygon",
-                                      .help = "any outline",
-                                      .fields = polygon_fields,
-                                      .size = sizeof(PolygonKeys)};
+const Schema polygon_schema = {.name = "polygon",
+                               .help = "any outline",
+                               .fields = polygon_fields,
+                               .size = sizeof(PolygonKeys)};
 
 /* in the order of ShapeKind */
 static const Field shape_fields[] = {
@@ -69,10 +69,11 @@ static const Field shape_fields[] = {
     {"disc", FIELD_GROUP, .group = &disc_schema, .help = "u, v from its centre"},
     {"annulus", FIELD_GROUP, .group = &annulus_schema, .help = "u, v from its centre"},
     {"polygon", FIELD_GROUP, .group = &polygon_schema, .help = "a pattern piece"},
+    {"garment", FIELD_GROUP, .group = &garment_schema, .help = "pattern pieces sewn together"},
     {0}};
 const Schema shape_schema = {.name = "shape", .help = "one of these", .fields = shape_fields};
 
-static bool read_polygon(Reader *reader, const Yaml *value, ShapeDef *shape) {
+bool polygon_read_value(Reader *reader, const Yaml *value, ShapeDef *shape) {
     PolygonKeys keys = {0};
     return schema_read(reader, &polygon_schema, value, &keys) &&
            polygon_read(reader, keys.outline, keys.holes, shape);
@@ -84,7 +85,7 @@ bool shape_read(Reader *reader, const Field *field, const Yaml *value, void *mem
     if (value->kind != YAML_MAP || value->count != 1) {
         return schema_error(reader, value,
                             "'shape' wants one of rectangle, sleeve, disc, annulus, polygon, "
-                            "found %s",
+                            "garment, found %s",
                             value->kind == YAML_MAP && value->count
                                 ? "several"
                                 : yaml_describe(value, reader->report));
@@ -101,7 +102,10 @@ bool shape_read(Reader *reader, const Field *field, const Yaml *value, void *mem
     }
     shape->kind = (ShapeKind)kind;
     if (kind == SHAPE_POLYGON) {
-        return read_polygon(reader, value->first, shape);
+        return polygon_read_value(reader, value->first, shape);
+    }
+    if (kind == SHAPE_GARMENT) {
+        return garment_read(reader, value->first, shape);
     }
     if (!schema_read(reader, shape_fields[kind].group, value->first, shape)) {
         return false;
@@ -110,18 +114,18 @@ bool shape_read(Reader *reader, const Field *field, const Yaml *value, void *mem
            schema_error(reader, value->first, "'inner' is not smaller than 'radius'");
 }
 
-static void print_outlines(FILE *out, int indent, const ShapeDef *shape) {
-    for (int loop = 0; loop < shape->loop_count; loop++) {
+void outlines_print(FILE *out, int indent, const int *begin, int loop_count, const double *points) {
+    for (int loop = 0; loop < loop_count; loop++) {
         const char *head = loop == 0 ? "outline:" : loop == 1 ? "holes:" : NULL;
         if (head) {
             fprintf(out, "%*s%s\n", indent, "", head);
         }
-        for (int i = shape->loop_begin[loop]; i < shape->loop_begin[loop + 1]; i++) {
-            bool opens = loop > 0 && i == shape->loop_begin[loop];
+        for (int i = begin[loop]; i < begin[loop + 1]; i++) {
+            bool opens = loop > 0 && i == begin[loop];
             fprintf(out, "%*s%s- [", indent + (loop > 0 && !opens ? 4 : 2), "", opens ? "- " : "");
-            schema_print_quantity(out, shape->outline[2 * i], "m");
+            schema_print_quantity(out, points[2 * i], "m");
             fputs(", ", out);
-            schema_print_quantity(out, shape->outline[2 * i + 1], "m");
+            schema_print_quantity(out, points[2 * i + 1], "m");
             fputs("]\n", out);
         }
     }
@@ -132,7 +136,9 @@ void shape_print(FILE *out, int indent, const Field *field, const void *member) 
     const Field *row = &shape_fields[shape->kind];
     fprintf(out, "%*s%s:\n%*s%s:\n", indent, "", field->key, indent + 2, "", row->key);
     if (shape->kind == SHAPE_POLYGON) {
-        print_outlines(out, indent + 4, shape);
+        outlines_print(out, indent + 4, shape->loop_begin, shape->loop_count, shape->outline);
+    } else if (shape->kind == SHAPE_GARMENT) {
+        garment_print(out, indent + 4, shape);
     } else {
         schema_print(out, indent + 4, row->group, shape);
     }
@@ -259,6 +265,7 @@ double shape_area(const ShapeDef *shape) {
     case SHAPE_ANNULUS:
         return PI * (r * r - shape->inner_radius * shape->inner_radius);
     case SHAPE_POLYGON:
+    case SHAPE_GARMENT:
         for (int loop = 0; loop < shape->loop_count; loop++) {
             area += loop_area(shape, loop);
         }
@@ -281,6 +288,7 @@ void shape_extents(const ShapeDef *shape, double extents[2]) {
         extents[0] = extents[1] = 2.0 * shape->radius;
         return;
     case SHAPE_POLYGON:
+    case SHAPE_GARMENT: /* of the first panel */
         for (int i = 0; i < 2 * shape->loop_begin[1]; i++) {
             low[i % 2] = fmin(low[i % 2], shape->outline[i]);
             high[i % 2] = fmax(high[i % 2], shape->outline[i]);

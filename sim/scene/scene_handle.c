@@ -67,6 +67,9 @@ static bool is_corner_or_side(RegionKind region) {
 /* Does a shape have that region? */
 static bool has_region(const ShapeDef *shape, int word) {
     RegionKind region = (RegionKind)word;
+    if (shape->kind == SHAPE_GARMENT) {
+        return region == REGION_TOP || region == REGION_BOTTOM || region == REGION_ALL;
+    }
     bool rectangle = shape->kind == SHAPE_RECTANGLE, sleeve = shape->kind == SHAPE_SLEEVE;
     if (word == WORD_START || word == WORD_END) {
         return sleeve;
@@ -86,7 +89,8 @@ static bool has_region(const ShapeDef *shape, int word) {
 
 static bool read_region(Reader *reader, const Yaml *value, const char *text, const ClothDef *cloth,
                         RegionKind *region) {
-    static const char *const shapes[] = {"rectangle", "sleeve", "disc", "annulus", "polygon"};
+    static const char *const shapes[] = {"rectangle", "sleeve",  "disc",
+                                         "annulus",   "polygon", "garment"};
     const char *words[16];
     int count = 0, word = 0;
     for (int i = 0; region_words[i]; i++) {
@@ -126,6 +130,9 @@ static bool find_cloth(Reader *reader, const Yaml *value, const char *name, int 
 static bool read_point(Reader *reader, const HandleKeys *keys, HandleDef *handle) {
     const ShapeDef *shape = &scene_context(reader)->scene->cloths[handle->cloth].shape;
     const Yaml *place = keys->nearest ? keys->nearest : keys->circle;
+    if (shape->kind == SHAPE_GARMENT) {
+        return schema_error(reader, place, "places on a garment have no (u, v); hold its top");
+    }
     if (keys->nearest && keys->circle) {
         return schema_error(reader, place, "'nearest' and 'circle' exclude each other");
     }
@@ -183,6 +190,10 @@ static bool read_target(Reader *reader, const HandleKeys *keys, const Yaml *valu
 }
 
 static bool check_clamp(Reader *reader, const Yaml *value, const HandleDef *handle) {
+    const ClothDef *cloth = &scene_context(reader)->scene->cloths[handle->cloth];
+    if (handle->kind == HANDLE_CLAMP && cloth->shape.kind == SHAPE_GARMENT) {
+        return schema_error(reader, value, "a garment cannot be clamped; 'hold' it");
+    }
     bool single = handle->region == REGION_NEAREST ||
                   (handle->region >= REGION_BOTTOM_LEFT && handle->region <= REGION_TOP_RIGHT);
     return handle->kind == HANDLE_HOLD || !single ||

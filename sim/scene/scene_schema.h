@@ -23,7 +23,8 @@ typedef struct SceneContext {
 static inline SceneContext *scene_context(const Reader *reader) { return reader->context; }
 
 extern const Schema scene_schema, film_schema, camera_schema, cloth_schema, shape_schema,
-    handle_schema, obstacle_schema, mesh_schema, motion_schema, pose_turn_schema;
+    polygon_schema, garment_schema, handle_schema, obstacle_schema, mesh_schema, motion_schema,
+    pose_turn_schema;
 
 /* custom fields of scene_schema; `member` is the Scene */
 FieldRead scene_read_film, scene_read_cloths, scene_read_handles, scene_read_obstacles;
@@ -33,6 +34,11 @@ FieldRead shape_read; /* member: ShapeDef */
 FieldPrint shape_print;
 /* `outline` and `holes` of a polygon into shape->loop_count, loop_begin, outline. */
 bool polygon_read(Reader *reader, const Yaml *outline, const Yaml *holes, ShapeDef *shape);
+bool polygon_read_value(Reader *reader, const Yaml *value, ShapeDef *shape); /* both in a mapping */
+/* Loops of a polygon: begin (loop_count + 1) in points, the outer one first. */
+void outlines_print(FILE *out, int indent, const int *begin, int loop_count, const double *points);
+bool garment_read(Reader *reader, const Yaml *value, ShapeDef *shape);
+void garment_print(FILE *out, int indent, const ShapeDef *shape);
 /* [m] from the point (u, v) to the panel, 0 on it */
 double shape_distance(const ShapeDef *shape, const double point[2]);
 

@@ -16,11 +16,20 @@
 #define LOOK_EVERY 20    /* steps between two looks at K, at least */
 #define EQUILIBRIUM 1e-6 /* of the weight: residual, as `static` has it */
 #define MOST_STEPS 400000
+/* Every rest must be lower than the one before. Where it is not, cloth has stiffened too much under
+ * way: back to the rest before with heavier masses. */
+#define HEAVIER 4.0
+#define LIGHTER 0.5          /* towards the masses above, at every rest that is lower */
+#define HEAVIEST 1e12        /* times the masses above: nothing helps */
+#define ENERGY_ROUNDING 1e-9 /* of weight * size */
 
 typedef struct Relaxation {
     Implicit *implicit;
     State trial;
     double *mass;     /* [N/m] per step^2; (place_count) */
+    double *rest;     /* [m] (place_count x 3) positions of the last rest */
+    double lowest;    /* [J] there */
+    double heavier;   /* factor on the masses; 1 */
     double *gradient; /* [N] (place_count x 3) */
     unsigned char *held;
 } Relaxation;
@@ -36,6 +45,7 @@ static bool create(const System *system, void **data, Error *error) {
     r->implicit = implicit_create(system);
     r->trial = state_allocate(system, system->arena);
     r->mass = arena_push(system->arena, double, system->place_count);
+    r->rest = arena_push(system->arena, double, 3 * system->place_count);
     r->gradient = arena_push(system->arena, double, 3 * system->place_count);
     r->held = arena_push(system->arena, unsigned char, system->place_count);
     *data = r;
@@ -79,7 +89,7 @@ static double take_step(Relaxation *r, const System *system, const NewtonProblem
         if (r->held[k / 3]) {
             continue;
         }
-        double g = r->gradient[k], mass = r->mass[k / 3];
+        double g = r->gradient[k], mass = r->heavier * r->mass[k / 3];
         s->v[k] -= kick * g / mass;
         s->x[k] += s->v[k];
         kinetic += 0.5 * mass * s->v[k] * s->v[k];
@@ -87,6 +97,25 @@ static double take_step(Relaxation *r, const System *system, const NewtonProblem
     }
     *residual = sqrt(sum);
     return kinetic;
+}
+
+/* The cloth rests where it is, if that is lower than the rest before; else it goes back there, *back.
+ * False: nothing helps. */
+static bool come_to_rest(Relaxation *r, const System *system, const NewtonProblem *problem,
+                         bool *back) {
+    size_t bytes = 3 * (size_t)system->place_count * sizeof(double);
+    double now = problem->energy(problem->context, r->trial.x);
+    *back = !(now <= r->lowest + ENERGY_ROUNDING * system->weight * system->size);
+    memset(r->trial.v, 0, bytes);
+    if (*back) {
+        memcpy(r->trial.x, r->rest, bytes);
+        r->heavier *= HEAVIER;
+        return r->heavier <= HEAVIEST;
+    }
+    memcpy(r->rest, r->trial.x, bytes);
+    r->lowest = now;
+    r->heavier = fmax(1.0, LIGHTER * r->heavier);
+    return true;
 }
 
 static bool advance(const System *system, void *data, State *state, double time_end,
@@ -102,20 +131,22 @@ static bool advance(const System *system, void *data, State *state, double time_
     NewtonProblem problem = implicit_problem(r->implicit, &terms, r->held, &r->trial);
     int step = 0;
     int looked = -LOOK_EVERY;
-    for (; step < MOST_STEPS && residual > tolerance && !step_interrupted; step++) {
+    r->lowest = INFINITY;
+    r->heavier = 1.0;
+    bool back, good = come_to_rest(r, system, &problem, &back);
+    for (; good && step < MOST_STEPS && residual > tolerance && !step_interrupted; step++) {
         /* only at rest: a mass that changes under way gives or takes energy */
         if (kinetic == 0.0 && step - looked >= LOOK_EVERY) {
             find_mass(r, system, &problem);
             looked = step;
         }
         double now = take_step(r, system, &problem, kinetic == 0.0, &residual);
-        if (!isfinite(now)) {
-            break;
+        bool rests = !(now >= kinetic) || !isfinite(now);
+        if (rests) {
+            good = come_to_rest(r, system, &problem, &back);
+            residual = back ? INFINITY : residual;
         }
-        if (now < kinetic) {
-            memset(r->trial.v, 0, bytes);
-        }
-        kinetic = now < kinetic ? 0.0 : now;
+        kinetic = rests ? 0.0 : now;
     }
     statistics->steps += step;
     statistics->residual = residual;
