@@ -8,6 +8,7 @@
 #include "sim/sim.h"
 #include "tests/support/check.h"
 #include "tests/support/cloths.h"
+#include "tests/support/play.h"
 #include "tests/support/strips.h"
 
 typedef struct Run {
@@ -216,6 +217,32 @@ static void test_incline(void **unused) {
     }
 }
 
+/* cloth without damping moves the same whether other cloth is damped or not */
+static void test_damping_of_one(void **unused) {
+    (void)unused;
+    double place[2][3];
+    for (int damped = 0; damped < 2; damped++) {
+        const char *cloth = "shape: {rectangle: {width: 20 cm, height: 20 cm}}\n"
+                            "    fabric: {weight: 150 g/m2, isotropic: {stretch: 1000 N/m, "
+                            "poisson: 0.3, bending: 10 uN m}}\n    nodes: 9 x 9";
+        char text[1600];
+        Play play;
+        snprintf(text, sizeof text,
+                 "toile: 1\nfilm: {rate: 30, seconds: 1}\ncloth:\n"
+                 "  one:\n    %s\n    bending_damping: 0 s\n    membrane_damping: 0 s\n"
+                 "  two:\n    %s\n    at: [1 m, 0 m, 0 m]\n    bending_damping: %s\n"
+                 "    membrane_damping: %s\nhandles:\n  - {hold: one.top-left}\n"
+                 "solver: {stepper: central, self_contact: false}\n",
+                 cloth, cloth, damped ? "1 ms" : "0 s", damped ? "0.1 ms" : "0 s");
+        play_start(&play, text);
+        play_to(&play, 0.3);
+        vec3_store(place[damped], play_x(&play, 0));
+        assert_true(play_x(&play, 0).z < -0.05);
+        play_end(&play);
+    }
+    assert_memory_equal(place[0], place[1], sizeof place[0]);
+}
+
 /* the same bits with 1, 2 and 3 threads */
 static void test_threads(void **unused) {
     (void)unused;
@@ -262,10 +289,10 @@ static void test_static(void **unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_energy),   cmocka_unit_test(test_membrane_damping),
-        cmocka_unit_test(test_momentum), cmocka_unit_test(test_free_fall),
-        cmocka_unit_test(test_incline),  cmocka_unit_test(test_threads),
-        cmocka_unit_test(test_static),
+        cmocka_unit_test(test_energy),         cmocka_unit_test(test_membrane_damping),
+        cmocka_unit_test(test_damping_of_one), cmocka_unit_test(test_momentum),
+        cmocka_unit_test(test_free_fall),      cmocka_unit_test(test_incline),
+        cmocka_unit_test(test_threads),        cmocka_unit_test(test_static),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -42,8 +42,12 @@
 #define CONTACT_LONG_SLACK_STEPS 100.0 /* where few pairs are found: they cost less than searches */
 #define CONTACT_LONG_SLACK 0.25 /* of the spacing, at most: neighbours come into reach beyond */
 #define CONTACT_FEW_PAIRS 8
-#define CONTACT_LEAST_SLACK 0.35 /* of dhat */
-#define CONTACT_GROUP_REACH 0.4  /* of the size of a group: how far neighbours are listed */
+#define CONTACT_LEAST_SLACK 0.35  /* of dhat */
+#define CONTACT_QUIET_STEPS 200.0 /* that a proof of quiet should hold: it costs some two steps */
+#define CONTACT_QUIET_LEAST_STEPS 6.0 /* ... or the lists are made */
+#define CONTACT_QUIET_SPREAD 0.5      /* of its room: then proofs cost less than looking often */
+#define CONTACT_QUIET_RETRY 64.0      /* steps until the next try */
+#define CONTACT_GROUP_REACH 0.4       /* of the size of a group: how far neighbours are listed */
 
 /* ---- implicit road (contact.md 1, 12) ---- */
 

@@ -115,6 +115,7 @@ Contact *contact_create(const ContactDef *def, Arena *arena) {
         c->scale[i] = 1.0;
     }
     create_obstacles(c, arena);
+    c->quiet = quiet_create(&c->surface, arena);
     return c;
 }
 
@@ -316,6 +317,33 @@ static void move_changed_groups(Contact *c) {
 
 /* ---- one interval ---- */
 
+/* makes all lists for the positions and velocities of now */
+static void make_lists(Contact *c, double dt) {
+    move_groups(c);
+    if (c->pairs_wanted) {
+        self_begin(c, dt);
+    }
+    if (c->def->obstacle_count > 0) {
+        obstacle_begin(c, dt);
+    }
+}
+
+/* without lists from now on, when nothing can touch */
+static bool become_quiet(Contact *c, double dt) {
+    if (!quiet_prove(c, dt)) {
+        return false;
+    }
+    size_t o = (size_t)c->def->obstacle_count;
+    lists_clear(&c->lists, NULL, 0);
+    memset(c->bristles, 0, 3 * o * (size_t)c->def->vertex_count * sizeof *c->bristles);
+    c->touch_count = c->touch_memory_count = c->due_count = c->due_touch_count = 0;
+    return true;
+}
+
+static bool nothing_listed(const Contact *c) {
+    return c->touch_count == 0 && c->lists.pair_count == 0;
+}
+
 void contact_begin(Contact *c, ContactView view, const ContactMemory *memory, double dt) {
     size_t o = (size_t)c->def->obstacle_count;
     c->view = view;
@@ -337,16 +365,11 @@ void contact_begin(Contact *c, ContactView view, const ContactMemory *memory, do
     contact_gather(c);
     gather_velocities(c);
     mesh_begin(c);
-    c->quiet = false;
     c->step_count = 0.0;
     c->stiffness = memory->stiffness > 0.0 ? memory->stiffness : CONTACT_SELF_STIFFNESS;
     c->shrink = memory->shrink > 0.0 ? memory->shrink : 1.0;
-    move_groups(c);
-    if (c->pairs_wanted) {
-        self_begin(c, dt);
-    }
-    if (o > 0) {
-        obstacle_begin(c, dt);
+    if (!become_quiet(c, dt)) {
+        make_lists(c, dt);
     }
 }
 
@@ -382,11 +405,14 @@ void contact_forces(Contact *c, double dt, double share, double time_end) {
     obstacle_demand(c, dt, time_end);
     c->loss_time = share * dt;
     c->step_count++;
-    if (c->quiet) {
+    if (c->quiet.holds) {
         return;
     }
     double start = clock_seconds();
     contact_gather(c);
+    if (nothing_listed(c) && c->step_count > c->quiet.retry && become_quiet(c, dt)) {
+        return;
+    }
     if (c->pairs_wanted) {
         self_forces(c, dt, share);
     }
@@ -428,42 +454,6 @@ static void apply_scales(Contact *c) {
             c->scale[place] = 1.0;
         }
     }
-}
-
-/* may this step be made without looking? */
-static bool stays_quiet(Contact *c, double dt, double fastest) {
-    double obstacles = 0.0;
-    for (int o = 0; o < c->def->obstacle_count; o++) {
-        obstacles = max2(obstacles, c->obstacle_speed[o]);
-    }
-    double motion = dt * (2.0 * fastest + obstacles);
-    if (!(c->quiet_path + motion < c->quiet_room)) {
-        return false;
-    }
-    c->quiet_path += motion;
-    return true;
-}
-
-static void leave_quiet(Contact *c) {
-    contact_gather(c);
-    Lists *l = &c->lists;
-    l->spent += c->quiet_path;
-    for (int i = 0; i < l->group_pair_count; i++) {
-        l->group_pairs[i].path += c->quiet_path;
-    }
-    for (int i = 0; i < contact_cloth_groups(c) * c->def->obstacle_count; i++) {
-        c->group_touches[i].path += c->quiet_path;
-    }
-    c->due_count = c->due_touch_count = 0;
-    c->quiet = false;
-}
-
-static void settle(Contact *c) {
-    double room = c->pairs_wanted ? self_room(c) : INFINITY;
-    room = c->def->obstacle_count > 0 ? min2(room, obstacle_room(c)) : room;
-    c->quiet = room > 0.0;
-    c->quiet_path = 0.0;
-    c->quiet_room = room;
 }
 
 static void guard_all(Contact *c, double dt) {
@@ -521,16 +511,31 @@ static void write_changed(Contact *c) {
     c->changed_count = 0;
 }
 
-bool contact_is_quiet(const Contact *c) { return c->quiet; }
-
-static void guard(Contact *c, double dt, double fastest) {
-    if (c->quiet) {
-        if (stays_quiet(c, dt, fastest)) {
-            obstacle_move(c, dt);
-            return;
-        }
-        leave_quiet(c);
+/* May this step be made without looking? When a proof ends, another is tried, and then lists are
+ * made. */
+static bool passes_quietly(Contact *c, double dt) {
+    if (!c->quiet.holds) {
+        return false;
     }
+    if (quiet_spend(c, dt)) {
+        return true;
+    }
+    contact_gather(c);
+    gather_velocities(c);
+    if (quiet_prove(c, dt) && quiet_spend(c, dt)) {
+        return true;
+    }
+    c->quiet.holds = false;
+    make_lists(c, dt);
+    return false;
+}
+
+void contact_guard(Contact *c, double dt) {
+    if (passes_quietly(c, dt)) {
+        obstacle_move(c, dt);
+        return;
+    }
+    double start = clock_seconds();
     guard_all(c, dt);
     if (c->def->obstacle_count > 0) {
         obstacle_move(c, dt);
@@ -540,12 +545,6 @@ static void guard(Contact *c, double dt, double fastest) {
         self_advance(c, dt);
     }
     write_changed(c);
-    settle(c);
-}
-
-void contact_guard(Contact *c, double dt, double fastest) {
-    double start = clock_seconds();
-    guard(c, dt, fastest);
     c->statistics.seconds += clock_seconds() - start;
 }
 

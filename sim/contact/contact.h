@@ -46,11 +46,21 @@ typedef struct ContactDef {
     const double *start;           /* [m] (vertex_count x 3) positions at t = 0 */
 } ContactDef;
 
+/* Bounds of the motion of all vertices, asked for while nothing is near (quiet.h). */
+typedef struct ContactMotion {
+    double (*fastest)(void *owner); /* [m/s] no vertex is faster now */
+    void (*mark)(void *owner);      /* spreads count from the positions of now on */
+    double (*spread)(void *owner);  /* [m] no two nodes next to each other on a lattice have moved
+                                       more against each other */
+    void *owner;
+} ContactMotion;
+
 /* Positions, velocities and forces of the vertices in lanes: vertex i has slot[i]. */
 typedef struct ContactView {
     const Lanes *lanes;
     const int *slot;           /* (vertex_count) */
     const unsigned char *held; /* (vertex_count) 1: moved by a handle, not by forces */
+    ContactMotion motion;
 } ContactView;
 
 typedef struct ContactStatistics {
@@ -101,10 +111,9 @@ void contact_begin(Contact *contact, ContactView view, const ContactMemory *memo
 void contact_forces(Contact *contact, double dt, double share, double time_end);
 /* After the kick: takes the forces of this step back out of lanes->f and lanes->weight. */
 void contact_clear(Contact *contact);
-bool contact_is_quiet(const Contact *contact); /* nothing is near anything */
 /* Changes velocities so that nothing crosses in x += dt v, and moves the obstacles as far as the
- * cloth lets them. `fastest` [m/s]: no vertex is faster; only looked at while contact_is_quiet. */
-void contact_guard(Contact *contact, double dt, double fastest);
+ * cloth lets them. */
+void contact_guard(Contact *contact, double dt);
 /* Writes what the next interval needs. */
 void contact_end(const Contact *contact, ContactMemory *memory);
 

@@ -6,6 +6,7 @@
 #include "sim/contact/constants.h"
 #include "sim/contact/contact.h"
 #include "sim/contact/places.h"
+#include "sim/contact/quiet.h"
 
 /* How a group moves in this step. */
 typedef struct GroupMotion {
@@ -119,9 +120,7 @@ struct Contact {
     double *bristles;         /* [m] (vertex_count x obstacle_count x 3) */
     PairMemory *touch_memory; /* bristles of edges and faces at obstacles from the last interval */
     int touch_memory_count, touch_memory_room;
-    /* nothing near anything: only this much motion is counted */
-    bool quiet;
-    double quiet_path, quiet_room; /* [m] */
+    Quiet quiet;
     ContactStatistics statistics;
 };
 
@@ -171,8 +170,6 @@ void self_shorten(Contact *c, double dt);
 bool self_check(Contact *c, double dt);
 void self_advance(Contact *c, double dt);
 double self_energy(Contact *c, double dt);
-/* [m] motion of two vertices together until something could be near; 0: something is listed */
-double self_room(const Contact *c);
 
 /* obstacle_mesh.c: their places; features meet those of the cloth in self.c */
 void mesh_begin(Contact *c);                           /* to where the clocks stand */
@@ -200,7 +197,6 @@ void obstacle_move(Contact *c, double dt);
 void obstacle_advance(Contact *c, double dt);
 bool obstacle_check(Contact *c, double dt);
 double obstacle_energy(const Contact *c, double dt);
-double obstacle_room(const Contact *c);
 void obstacle_restore(Contact *c, int first); /* kept bristles to the touches from `first` on */
 int obstacle_remember(const Contact *c, PairMemory *memory, int room);
 

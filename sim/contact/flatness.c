@@ -3,11 +3,10 @@
 #include <math.h>
 #include <string.h>
 
-static void find_slopes(const Surface *surface, GroupSlopes *slopes, const Points *x, long stamp,
-                        int g) {
+void flatness_slopes(const Surface *surface, const Points *x, int g, Box gradient[2]) {
     const SurfaceGroup *group = &surface->groups[g];
     const SurfacePanel *panel = &surface->panels[group->panel];
-    *slopes = (GroupSlopes){.gradient = {box_empty(), box_empty()}, .stamp = stamp};
+    gradient[0] = gradient[1] = box_empty();
     int across = panel->wrap ? panel->nu : panel->nu - 1;
     int i0 = group->block[0] * SURFACE_BLOCK, j0 = group->block[1] * SURFACE_BLOCK;
     int i1 = i0 + SURFACE_BLOCK < across ? i0 + SURFACE_BLOCK : across;
@@ -18,19 +17,29 @@ static void find_slopes(const Surface *surface, GroupSlopes *slopes, const Point
             here[i - i0] = point_at(x, panel->first + j * panel->nu + i % panel->nu);
             if (i > i0) {
                 Vec3 du = vec3_sub(here[i - i0], here[i - i0 - 1]);
-                box_add(&slopes->gradient[0], vec3_scale(1.0 / panel->h1, du));
+                box_add(&gradient[0], vec3_scale(1.0 / panel->h1, du));
             }
             if (j > j0) {
                 Vec3 dv = vec3_sub(here[i - i0], below[i - i0]);
-                box_add(&slopes->gradient[1], vec3_scale(1.0 / panel->h2, dv));
+                box_add(&gradient[1], vec3_scale(1.0 / panel->h2, dv));
             }
         }
         memcpy(below, here, sizeof below);
     }
 }
 
-/* -1, 0, 1: neighbouring blocks; 2: farther */
-static int block_step(int from, int to, int count, bool wrap) {
+double flatness_least(const Box gradient[2]) {
+    Vec3 c1 = vec3_scale(0.5, vec3_add(gradient[0].low, gradient[0].high));
+    Vec3 c2 = vec3_scale(0.5, vec3_add(gradient[1].low, gradient[1].high));
+    Vec3 e1 = vec3_sub(gradient[0].high, gradient[0].low);
+    Vec3 e2 = vec3_sub(gradient[1].high, gradient[1].low);
+    double e = 0.5 * sqrt(vec3_dot(e1, e1) + vec3_dot(e2, e2));
+    double p = vec3_dot(c1, c1), q = vec3_dot(c2, c2), r = vec3_dot(c1, c2);
+    double least = 0.5 * (p + q) - sqrt(0.25 * (p - q) * (p - q) + r * r);
+    return sqrt(fmax(least, 0.0)) - e;
+}
+
+int flatness_step(int from, int to, int count, bool wrap) {
     int step = to - from;
     if (wrap && step == count - 1) {
         step = -1;
@@ -48,25 +57,20 @@ double flatness_distance(const Surface *surface, GroupSlopes *slopes, const Poin
         return 0.0;
     }
     const int *blocks = surface->blocks + 2 * a->panel;
-    if (block_step(a->block[0], b->block[0], blocks[0], panel->wrap) == 2 ||
-        block_step(a->block[1], b->block[1], blocks[1], false) == 2) {
+    if (flatness_step(a->block[0], b->block[0], blocks[0], panel->wrap) == 2 ||
+        flatness_step(a->block[1], b->block[1], blocks[1], false) == 2) {
         return 0.0;
     }
-    Box du = box_empty(), dv = box_empty();
+    Box gradient[2] = {box_empty(), box_empty()};
     for (int k = 0; k < 4; k++) { /* the rectangle of both */
         int i = k & 1 ? b->block[0] : a->block[0], j = k & 2 ? b->block[1] : a->block[1];
         int g = surface->first_group[a->panel] + j * blocks[0] + i;
         if (slopes[g].stamp != stamp) {
-            find_slopes(surface, &slopes[g], x, stamp, g);
+            flatness_slopes(surface, x, g, slopes[g].gradient);
+            slopes[g].stamp = stamp;
         }
-        du = box_union(du, slopes[g].gradient[0]);
-        dv = box_union(dv, slopes[g].gradient[1]);
+        gradient[0] = box_union(gradient[0], slopes[g].gradient[0]);
+        gradient[1] = box_union(gradient[1], slopes[g].gradient[1]);
     }
-    Vec3 c1 = vec3_scale(0.5, vec3_add(du.low, du.high));
-    Vec3 c2 = vec3_scale(0.5, vec3_add(dv.low, dv.high));
-    Vec3 e1 = vec3_sub(du.high, du.low), e2 = vec3_sub(dv.high, dv.low);
-    double e = 0.5 * sqrt(vec3_dot(e1, e1) + vec3_dot(e2, e2));
-    double p = vec3_dot(c1, c1), q = vec3_dot(c2, c2), r = vec3_dot(c1, c2);
-    double least = 0.5 * (p + q) - sqrt(0.25 * (p - q) * (p - q) + r * r);
-    return (sqrt(fmax(least, 0.0)) - e) * surface_lattice_altitude(panel);
+    return flatness_least(gradient) * surface_lattice_altitude(panel);
 }

@@ -14,6 +14,15 @@ typedef struct GroupSlopes {
     long stamp;      /* of the positions that they belong to */
 } GroupSlopes;
 
+/* Bounds of the slopes of a lattice group. */
+void flatness_slopes(const Surface *surface, const Points *x, int group, Box gradient[2]);
+
+/* s_min(C) - e, where bounds of slopes hold. */
+double flatness_least(const Box gradient[2]);
+
+/* -1, 0, 1: from a block to its neighbour, of `count` in a row; 2: farther. */
+int flatness_step(int from, int to, int count, bool wrap);
+
 /* [m] lower bound of the distance of features of two groups without a common vertex; at most 0
  * where there is no certificate. slopes: (group_count) kept between calls. The stamp, never 0,
  * changes when positions change. */

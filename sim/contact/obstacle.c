@@ -170,7 +170,7 @@ void obstacle_begin(Contact *c, double dt) {
     for (int o = 0; o < c->def->obstacle_count; o++) {
         c->frames[o] = frame_of(c->poses[o]);
     }
-    c->touch_count = 0;
+    c->touch_count = c->due_touch_count = 0;
     memset(c->group_touches, 0,
            (size_t)(contact_cloth_groups(c) * c->def->obstacle_count) * sizeof *c->group_touches);
     for (int g = 0; g < contact_cloth_groups(c); g++) {
@@ -499,14 +499,6 @@ double obstacle_energy(const Contact *c, double dt) {
         }
     }
     return energy;
-}
-
-double obstacle_room(const Contact *c) {
-    double room = c->touch_count > 0 ? 0.0 : INFINITY;
-    for (int i = 0; i < contact_cloth_groups(c) * c->def->obstacle_count; i++) {
-        room = min2(room, c->group_touches[i].limit - c->group_touches[i].path);
-    }
-    return max2(room, 0.0);
 }
 
 int obstacle_remember(const Contact *c, PairMemory *memory, int room) {

@@ -362,15 +362,3 @@ void self_advance(Contact *c, double dt) {
         c->lists.group_pairs[i].path += c->lists.group_pairs[i].speed * dt;
     }
 }
-
-double self_room(const Contact *c) {
-    const Lists *l = &c->lists;
-    if (l->pair_count > 0) {
-        return 0.0;
-    }
-    double room = l->reach - l->widest - l->spent;
-    for (int i = 0; i < l->group_pair_count; i++) {
-        room = min2(room, l->group_pairs[i].limit - l->group_pairs[i].path);
-    }
-    return max2(room, 0.0);
-}

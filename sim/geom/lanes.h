@@ -4,13 +4,14 @@
  * The nodes of a lattice lie row after row (u runs fastest) with free slots around every row:
  * node (i, j) has slot first + j * stride + i, and slots i = -2 .. nu + 1 of every row, and the
  * rows -1 and nv, can be read. A wrapped lattice keeps copies of its first and last two nodes
- * there; a clamped border keeps its ghost nodes there. Scattered nodes lie densely. */
+ * there; a clamped border keeps its ghost nodes there. The margin after a row is the one before the
+ * next. Scattered nodes lie densely. */
 #ifndef TOILE_GEOM_LANES_H
 #define TOILE_GEOM_LANES_H
 
 #include "sim/base/arena.h"
 
-#define LANE_MARGIN 16 /* free slots before the first node of a row; a multiple of 8 */
+#define LANE_MARGIN 8 /* free slots before the first node of a row; a multiple of 8 */
 
 typedef struct Lanes {
     int slot_count;
@@ -22,7 +23,7 @@ typedef struct Lanes {
     double *weight;       /* [1/kg] inverse inertia in a kick; 0 in free slots */
 } Lanes;
 
-static inline int lanes_row_stride(int nu) { return (nu + 2 * LANE_MARGIN + 7) / 8 * 8; }
+static inline int lanes_row_stride(int nu) { return (nu + LANE_MARGIN + 7) / 8 * 8; }
 
 static inline Lanes lanes_create(int slot_count, Arena *arena) {
     Lanes lanes = {.slot_count = slot_count};

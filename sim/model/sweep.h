@@ -34,6 +34,11 @@ typedef struct SweepKick {
     double keep; /* 1 / (1 + dt * (damping + drag / density)) */
 } SweepKick;
 
+typedef struct SweepDrift {
+    double dt;              /* [s] */
+    double bent, stretched; /* [s] by which lanes->bent, lanes->stretched are ahead of the new x */
+} SweepDrift;
+
 /* Row buffers for one thread; (SWEEP_BUFFER_ROWS x stride). */
 #define SWEEP_BUFFER_ROWS 64
 
@@ -42,9 +47,16 @@ typedef struct SweepKernel {
     /* Kicks the nodes of rows row_begin .. row_end - 1. Reads x everywhere, writes only v. */
     void (*kick)(const SweepLattice *lattice, const Lanes *lanes, const SweepKick *kick,
                  int row_begin, int row_end, double *buffer);
-    /* x += dt v for those rows; returns the largest v.v [m2/s2]. */
-    double (*drift)(const SweepLattice *lattice, const Lanes *lanes, double dt, int row_begin,
-                    int row_end);
+    /* x += dt v for those rows, and where bending and stretch are taken; returns the largest v.v
+     * [m2/s2]. */
+    double (*drift)(const SweepLattice *lattice, const Lanes *lanes, const SweepDrift *drift,
+                    int row_begin, int row_end);
+    /* Largest v.v of those rows [m2/s2]. */
+    double (*fastest)(const SweepLattice *lattice, const Lanes *lanes, int row_begin, int row_end);
+    /* Largest square of the motion of two nodes next to each other, relative to each other, since
+     * they were at `from` [m2]; those rows, and up to the row that follows. */
+    double (*spread)(const SweepLattice *lattice, const Lanes *lanes, double *const from[3],
+                     int row_begin, int row_end);
 } SweepKernel;
 
 /* All variants that this program holds, NULL-terminated; the scalar one first. */

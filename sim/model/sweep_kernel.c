@@ -405,9 +405,22 @@ static void kick_rows(const SweepLattice *l, const Lanes *lanes, const SweepKick
     }
 }
 
-static double drift_rows(const SweepLattice *l, const Lanes *lanes, double dt, int row_begin,
-                         int row_end) {
-    double fastest = 0.0;
+/* one row of the places ahead of x, unless they are x */
+static void lead_row(const SweepLattice *l, const Lanes *lanes, double ahead, double *const out[3],
+                     size_t at) {
+    for (int c = 0; c < 3 && out[c] != lanes->x[c]; c++) {
+        const double *restrict x = lanes->x[c] + at, *restrict v = lanes->v[c] + at;
+        double *restrict led = out[c] + at;
+        ROW_LOOP
+        for (int i = 0; i < l->nu; i++) {
+            led[i] = x[i] + ahead * v[i];
+        }
+    }
+}
+
+static double drift_rows(const SweepLattice *l, const Lanes *lanes, const SweepDrift *drift,
+                         int row_begin, int row_end) {
+    double fastest = 0.0, dt = drift->dt;
     for (int j = row_begin; j < row_end; j++) {
         size_t at = (size_t)l->first + (size_t)j * (size_t)l->stride;
         double *restrict x = lanes->x[0] + at, *restrict y = lanes->x[1] + at;
@@ -422,9 +435,101 @@ static double drift_rows(const SweepLattice *l, const Lanes *lanes, double dt, i
             double square = vx[i] * vx[i] + vy[i] * vy[i] + vz[i] * vz[i];
             fastest = square > fastest ? square : fastest;
         }
+        lead_row(l, lanes, drift->bent, lanes->bent, at);
+        lead_row(l, lanes, drift->stretched, lanes->stretched, at);
     }
     return fastest;
 }
 
+/* ---- largest values. Their order does not matter: a row ends with a whole vector that begins
+ * within the one before ---- */
+
+typedef struct Most {
+    double lane[WHOLE_VECTORS];
+} Most;
+
+static double most_of(const Most *most) {
+    double all = 0.0;
+    for (int k = 0; k < WHOLE_VECTORS; k++) {
+        all = most->lane[k] > all ? most->lane[k] : all;
+    }
+    return all;
+}
+
+static inline void keep_larger(Most *most, int k, double x, double y, double z) {
+    double square = x * x + y * y + z * z;
+    most->lane[k] = square > most->lane[k] ? square : most->lane[k];
+}
+
+static inline void most_speed(const Lanes *lanes, size_t at, int width, Most *most) {
+    const double *restrict x = lanes->v[0] + at, *restrict y = lanes->v[1] + at;
+    const double *restrict z = lanes->v[2] + at;
+    ROW_LOOP
+    for (int k = 0; k < width; k++) {
+        keep_larger(most, k, x[k], y[k], z[k]);
+    }
+}
+
+/* of motions since `from`, each against that `next` slots later */
+static inline void most_spread(const Lanes *lanes, double *const from[3], size_t at, size_t next,
+                               int width, Most *most) {
+    const double *restrict x = lanes->x[0] + at, *restrict y = lanes->x[1] + at;
+    const double *restrict z = lanes->x[2] + at, *restrict u = from[0] + at;
+    const double *restrict v = from[1] + at, *restrict w = from[2] + at;
+    ROW_LOOP
+    for (int k = 0; k < width; k++) {
+        size_t n = (size_t)k + next;
+        keep_larger(most, k, (x[n] - x[k]) - (u[n] - u[k]), (y[n] - y[k]) - (v[n] - v[k]),
+                    (z[n] - z[k]) - (w[n] - w[k]));
+    }
+}
+
+/* where the vector of a row begins whose nodes from i on are not done */
+static int vector_start(int i, int count) {
+    return i + WHOLE_VECTORS <= count ? i : count - WHOLE_VECTORS;
+}
+
+static double fastest_of_rows(const SweepLattice *l, const Lanes *lanes, int row_begin,
+                              int row_end) {
+    Most most = {{0.0}};
+    for (int j = row_begin; j < row_end; j++) {
+        size_t at = (size_t)l->first + (size_t)j * (size_t)l->stride;
+        if (l->nu < WHOLE_VECTORS) {
+            most_speed(lanes, at, l->nu, &most);
+            continue;
+        }
+        for (int i = 0; i < l->nu; i += WHOLE_VECTORS) {
+            most_speed(lanes, at + (size_t)vector_start(i, l->nu), WHOLE_VECTORS, &most);
+        }
+    }
+    return most_of(&most);
+}
+
+static void spread_row(const Lanes *lanes, double *const from[3], size_t at, size_t next, int count,
+                       Most *most) {
+    if (count < WHOLE_VECTORS) {
+        most_spread(lanes, from, at, next, count, most);
+        return;
+    }
+    for (int i = 0; i < count; i += WHOLE_VECTORS) {
+        most_spread(lanes, from, at + (size_t)vector_start(i, count), next, WHOLE_VECTORS, most);
+    }
+}
+
+/* a wrapped row has its first node once more behind the last one */
+static double spread_of_rows(const SweepLattice *l, const Lanes *lanes, double *const from[3],
+                             int row_begin, int row_end) {
+    Most most = {{0.0}};
+    for (int j = row_begin; j < row_end; j++) {
+        size_t at = (size_t)l->first + (size_t)j * (size_t)l->stride;
+        spread_row(lanes, from, at, 1, l->wrap ? l->nu : l->nu - 1, &most);
+        if (j + 1 < l->nv) {
+            spread_row(lanes, from, at, (size_t)l->stride, l->nu, &most);
+        }
+    }
+    return most_of(&most);
+}
+
 extern const SweepKernel JOIN(sweep_kernel_, SWEEP_VARIANT);
-const SweepKernel JOIN(sweep_kernel_, SWEEP_VARIANT) = {TEXT(SWEEP_VARIANT), kick_rows, drift_rows};
+const SweepKernel JOIN(sweep_kernel_, SWEEP_VARIANT) = {TEXT(SWEEP_VARIANT), kick_rows, drift_rows,
+                                                        fastest_of_rows, spread_of_rows};

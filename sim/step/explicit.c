@@ -41,8 +41,9 @@ struct Explicit {
     double *targets;  /* [m] (place_count x 3) of held places */
     Placed *placed;   /* (handle_count) what the targets are made of */
     bool targets_known;
-    double *v_held;   /* [m/s] (place_count x 3) of held places before a kick */
-    Contact *contact; /* NULL: nothing can touch */
+    double *v_held;    /* [m/s] (place_count x 3) of held places before a kick */
+    double *marked[3]; /* [m] (slot_count) positions from which spreads count */
+    Contact *contact;  /* NULL: nothing can touch */
     Lead bending, membrane;
     double damped;   /* [J] of this interval: by mass damping, of cloths without a sweep */
     double air_work; /* [J] of this interval */
@@ -130,6 +131,9 @@ Explicit *explicit_create(const System *system) {
     e->held = arena_push(system->arena, unsigned char, system->place_count);
     if (system_has_contact(system)) {
         e->contact = contact_create(&system->contact, system->arena);
+        for (int a = 0; a < 3; a++) {
+            e->marked[a] = arena_push(system->arena, double, e->lanes.slot_count);
+        }
     }
     e->limit = system_stable_step(system);
     e->bending = lead_create(e, sweep_bending_time);
@@ -149,11 +153,6 @@ static void load(Explicit *e, const State *state) {
             e->lanes.f[c][slot] = 0.0;
         }
         e->lanes.weight[slot] = mass > 0.0 ? 1.0 / mass : 0.0;
-    }
-    for (int c = 0; c < e->system->cloth_count; c++) {
-        if (e->lattices[c].nu > 0) {
-            sweep_wrap_rows(&e->lattices[c], e->lanes.x);
-        }
     }
 }
 
@@ -232,25 +231,6 @@ static void kick_scattered(Explicit *e, int c, const SweepKick *kick) {
     }
 }
 
-/* places of damped cloth ahead of its motion; the others stay where `lead_start` put them */
-static void lead(const Explicit *e, const Lead *lead, int c, double *const taken[3]) {
-    const SweepLattice *l = &e->lattices[c];
-    double ahead = lead->time[c];
-    if (ahead <= 0.0) {
-        return;
-    }
-    int begin = l->first - l->stride - LANE_MARGIN, count = (l->nv + 2) * l->stride;
-    for (int a = 0; a < 3; a++) {
-        const double *restrict x = e->lanes.x[a] + begin, *restrict v = e->lanes.v[a] + begin;
-        double *restrict out = taken[a] + begin;
-#pragma omp simd
-        for (int i = 0; i < count; i++) {
-            out[i] = x[i] + ahead * v[i];
-        }
-    }
-    sweep_wrap_rows(l, taken);
-}
-
 /* chooses `taken` for steps of dt: the places of the lead where some cloth is damped, else x */
 static void lead_start(Explicit *e, Lead *lead, double dt, double *taken[3]) {
     bool damped = false;
@@ -262,9 +242,6 @@ static void lead_start(Explicit *e, Lead *lead, double dt, double *taken[3]) {
     }
     for (int a = 0; a < 3; a++) {
         taken[a] = damped ? lead->place[a] : e->lanes.x[a];
-        if (damped) { /* cloth without damping keeps its positions there */
-            memcpy(lead->place[a], e->lanes.x[a], (size_t)e->lanes.slot_count * sizeof(double));
-        }
     }
 }
 
@@ -283,8 +260,6 @@ static void kick(Explicit *e, double dt) {
     for (int c = 0; c < e->system->cloth_count; c++) {
         const Cloth *cloth = &e->system->cloths[c];
         SweepKick kick_one = kick_of(e, c, dt);
-        lead(e, &e->bending, c, e->lanes.bent);
-        lead(e, &e->membrane, c, e->lanes.stretched);
         bool air = e->system->scene->air.normal_drag > 0.0;
         if (air) {
             e->air_work += dt * air_add_push(&e->system->scene->air, cloth, &e->lanes,
@@ -313,41 +288,56 @@ static void kick(Explicit *e, double dt) {
 typedef struct DriftJob {
     Explicit *e;
     const SweepLattice *lattice;
-    double dt;
+    SweepDrift drift;
 } DriftJob;
 
 static void drift_chunk(int chunk, int first, int end, void *context) {
     DriftJob *job = context;
     job->e->chunk_speed[chunk] =
-        job->e->kernel->drift(job->lattice, &job->e->lanes, job->dt, first, end);
+        job->e->kernel->drift(job->lattice, &job->e->lanes, &job->drift, first, end);
+}
+
+/* ghosts of a lattice, or all nodes of other cloth */
+static double drift_place(Explicit *e, int place, const SweepDrift *drift) {
+    const Lanes *l = &e->lanes;
+    int slot = e->slot[place];
+    double square = 0.0;
+    for (int a = 0; a < 3; a++) {
+        double v = l->v[a][slot], *x = &l->x[a][slot];
+        *x += drift->dt * v;
+        square += v * v;
+        if (l->bent[a] != l->x[a]) {
+            l->bent[a][slot] = *x + drift->bent * v;
+        }
+        if (l->stretched[a] != l->x[a]) {
+            l->stretched[a][slot] = *x + drift->stretched * v;
+        }
+    }
+    return square;
 }
 
 /* x += dt v, also for held places and ghosts, whose velocities lead to their targets */
 static double drift(Explicit *e, double dt) {
     double fastest = 0.0;
     for (int c = 0; c < e->system->cloth_count; c++) {
-        const Cloth *cloth = &e->system->cloths[c];
-        int first = e->system->first[c], dense = e->system->first[c + 1];
-        if (e->lattices[c].nu > 0) {
-            const SweepLattice *l = &e->lattices[c];
-            DriftJob job = {e, l, dt};
+        const SweepLattice *l = &e->lattices[c];
+        SweepDrift one = {dt, e->bending.time[c], e->membrane.time[c]};
+        int first = e->system->first[c];
+        if (l->nu > 0) {
+            DriftJob job = {e, l, one};
             parallel_for(l->nv, e->grain[c], drift_chunk, &job);
             for (int k = 0; k < parallel_chunk_count(l->nv, e->grain[c]); k++) {
                 fastest = max2(e->chunk_speed[k], fastest);
             }
-            first += cloth->node_count;
+            first += e->system->cloths[c].node_count;
         }
-        for (int i = first; i < dense; i++) {
-            double square = 0.0;
-            for (int a = 0; a < 3; a++) {
-                double v = e->lanes.v[a][e->slot[i]];
-                e->lanes.x[a][e->slot[i]] += dt * v;
-                square += v * v;
-            }
-            fastest = max2(square, fastest);
+        for (int i = first; i < e->system->first[c + 1]; i++) {
+            fastest = max2(drift_place(e, i, &one), fastest);
         }
-        if (e->lattices[c].nu > 0) {
-            sweep_wrap_rows(&e->lattices[c], e->lanes.x);
+        if (l->nu > 0) {
+            sweep_wrap_rows(l, e->lanes.x);
+            sweep_wrap_rows(l, e->lanes.bent);
+            sweep_wrap_rows(l, e->lanes.stretched);
         }
     }
     return sqrt(fastest);
@@ -408,15 +398,55 @@ static double steer_held(Explicit *e, double dt, double kick_dt, double time_end
     return work;
 }
 
-static double fastest_now(const Explicit *e) {
-    double fastest = 0.0;
-    for (int i = 0; i < e->system->place_count; i++) {
-        int s = e->slot[i];
-        double x = e->lanes.v[0][s], y = e->lanes.v[1][s], z = e->lanes.v[2][s];
-        fastest = fmax(fastest, x * x + y * y + z * z);
+/* largest value of a chunk over all lattices */
+static double most_of_chunks(Explicit *e, ParallelBody *body) {
+    double most = 0.0;
+    for (int c = 0; c < e->system->cloth_count; c++) {
+        const SweepLattice *l = &e->lattices[c];
+        if (l->nu > 0) {
+            DriftJob job = {.e = e, .lattice = l};
+            parallel_for(l->nv, e->grain[c], body, &job);
+            for (int k = 0; k < parallel_chunk_count(l->nv, e->grain[c]); k++) {
+                most = max2(e->chunk_speed[k], most);
+            }
+        }
+    }
+    return most;
+}
+
+static void fastest_chunk(int chunk, int first, int end, void *context) {
+    DriftJob *job = context;
+    job->e->chunk_speed[chunk] = job->e->kernel->fastest(job->lattice, &job->e->lanes, first, end);
+}
+
+static void spread_chunk(int chunk, int first, int end, void *context) {
+    DriftJob *job = context;
+    job->e->chunk_speed[chunk] =
+        job->e->kernel->spread(job->lattice, &job->e->lanes, job->e->marked, first, end);
+}
+
+static double fastest_now(void *owner) {
+    Explicit *e = owner;
+    double fastest = most_of_chunks(e, fastest_chunk);
+    for (int c = 0; c < e->system->cloth_count; c++) {
+        for (int i = e->system->first[c]; e->lattices[c].nu == 0 && i < e->system->first[c + 1];
+             i++) {
+            int s = e->slot[i];
+            double x = e->lanes.v[0][s], y = e->lanes.v[1][s], z = e->lanes.v[2][s];
+            fastest = max2(fastest, x * x + y * y + z * z);
+        }
     }
     return sqrt(fastest);
 }
+
+static void mark_places(void *owner) {
+    Explicit *e = owner;
+    for (int a = 0; a < 3; a++) {
+        memcpy(e->marked[a], e->lanes.x[a], (size_t)e->lanes.slot_count * sizeof(double));
+    }
+}
+
+static double spread_now(void *owner) { return sqrt(most_of_chunks(owner, spread_chunk)); }
 
 static double kinetic_now(const Explicit *e) {
     double energy = 0.0;
@@ -448,8 +478,7 @@ static void kick_with_contact(Explicit *e, double dt, double share, double time_
 /* drift that crosses nothing */
 static double guarded_drift(Explicit *e, double dt) {
     if (e->contact) {
-        double fastest = contact_is_quiet(e->contact) ? fastest_now(e) : 0.0;
-        contact_guard(e->contact, dt, fastest);
+        contact_guard(e->contact, dt);
     }
     return drift(e, dt);
 }
@@ -540,9 +569,11 @@ ExplicitResult explicit_interval(Explicit *e, const ExplicitRun *run, State *sta
     mark_held(e, state->time);
     e->air_work = e->damped = 0.0;
     set_damping(e, run);
+    drift(e, 0.0); /* puts ghosts, curvature and stretch in their places */
     if (e->contact) {
-        contact_begin(e->contact, (ContactView){&e->lanes, e->slot, e->held}, &state->contact,
-                      run->dt);
+        ContactMotion motion = {fastest_now, mark_places, spread_now, e};
+        contact_begin(e->contact, (ContactView){&e->lanes, e->slot, e->held, motion},
+                      &state->contact, run->dt);
     }
     double contact, before = total_energy(e, run->dt, state, &result.energy_scale, &contact);
     memcpy(e->v_held, state->v, 3 * (size_t)e->system->place_count * sizeof *e->v_held);
