@@ -20,6 +20,7 @@ typedef struct Options {
     const Quality *quality;           /* --quality; standard */
     const char *camera;               /* --camera NAME, of film: cameras; NULL: the first */
     const char *surface;              /* --surface mesh|splats; NULL: the film's */
+    int triangles;                    /* --triangles N of the smooth surface; 0 */
     const char *title;                /* --title TEXT; NULL: the film's */
     double blur, play;                /* --blur PART, --play RATE; negative: the film's */
     bool clear;                       /* --alpha: no backdrop */

@@ -56,6 +56,7 @@ Drawer *command_open(const Options *options, Run *run, RunEnd *end, Error *error
                    .linear = options->linear,
                    .clear = options->clear,
                    .look = options->look,
+                   .triangles = options->triangles,
                    .range = options->range,
                    .threads = options->threads > 1 ? options->threads : 0};
     bool waits = draw_needs_end(run, &def, error);

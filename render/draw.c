@@ -284,6 +284,7 @@ bool draw_frame_key(Drawer *drawer, int index, uint64_t *key, Error *error) {
                         drawer->def.width,
                         drawer->def.height,
                         drawer->film.surface,
+                        drawer->def.triangles,
                         drawer->def.linear,
                         drawer->def.clear};
     size_t settings = sizeof *quality - offsetof(Quality, samples);

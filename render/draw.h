@@ -10,6 +10,7 @@ typedef struct DrawDef {
     const Quality *quality;
     bool linear, clear; /* light instead of display code (draw_exr); no backdrop */
     bool splats;        /* draw surfels, whatever the film says */
+    int triangles;      /* of the smooth surface, about; 0: as the picture needs */
     const char *look;   /* of all cloths instead of their own; NULL = their own */
     const Film *film;   /* instead of the run's, copied; NULL */
     int threads;        /* raster threads of the driver besides this one; 0 */

@@ -47,6 +47,7 @@ static void use_layout(Drawer *drawer, const StateLayout *layout, int layout_ind
     }
     ResampleDef def = {.pixels_per_metre = pixels_per_metre(drawer),
                        .triangle_cap = drawer->def.quality->triangle_cap,
+                       .triangles = drawer->def.triangles,
                        .splats = drawer->film.surface == FILM_SPLATS,
                        .values = drawer->measures};
     resample_destroy(drawer->resampler);

@@ -11,6 +11,7 @@
 #define SPLAT_PIXELS 2.5 /* [px] the same of surfels: each carries its slopes, so fewer do */
 #define SPLAT_SHARE                                                                                \
     0.55 /* of the triangles that would be allowed: keeps their cost near a mesh's */
+#define SMALLEST_CELL 5e-5   /* [m] of a surface whose number of triangles is given */
 #define CELL_GROWTH 1.04     /* cells grow by this until the surface is under the cap */
 #define CELL_GROWTH_MOST 300 /* steps: a cloth that is large by itself is drawn as it is */
 
@@ -63,12 +64,15 @@ Resampler *resample_create(const StateLayout *layout, const ResampleDef *def) {
     resampler->kinds = arena_push(arena, const ResampleKind *, layout->cloth_count);
     resampler->plans = arena_push(arena, void *, layout->cloth_count);
     resampler->s = arena_push(arena, double, 3 * layout->vertex_count);
-    double cell = (def->splats ? SPLAT_PIXELS : CELL_PIXELS) / def->pixels_per_metre;
+    double cell = def->triangles > 0 ? SMALLEST_CELL
+                                     : (def->splats ? SPLAT_PIXELS : CELL_PIXELS) /
+                                           def->pixels_per_metre;
+    double most = def->triangles > 0 ? def->triangles
+                                     : def->triangle_cap * (def->splats ? SPLAT_SHARE : 1.0);
     ArenaMark mark = arena_mark(arena);
     for (int i = 0; i < CELL_GROWTH_MOST; i++) {
         arena_rewind(arena, mark);
-        if (plan_parts(resampler, layout, cell) <=
-            (def->splats ? SPLAT_SHARE * def->triangle_cap : def->triangle_cap)) {
+        if (plan_parts(resampler, layout, cell) <= most) {
             break;
         }
         cell *= CELL_GROWTH;

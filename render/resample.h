@@ -54,6 +54,7 @@ typedef struct Surface {
 typedef struct ResampleDef {
     double pixels_per_metre; /* on the screen, where the cloth is */
     int triangle_cap;        /* of all cloths together; 100000 */
+    int triangles;           /* instead of both: about so many, whatever is seen; 0 */
     bool splats;             /* fill surfels; vertices hold derivatives; false */
     bool values;             /* make room for numbers of measuring looks; false */
 } ResampleDef;
