@@ -27,6 +27,30 @@ static void set_attribute(GLuint number, int components, size_t stride, size_t o
 
 static GLsizeiptr triangle_bytes(int count) { return 3 * (GLsizeiptr)sizeof(uint32_t) * count; }
 
+/* The surfels that have clip lines. */
+static void create_surfels(Painter *painter, const Surface *surface) {
+    SurfaceBuffers *cloth = &painter->cloth;
+    Arena scratch = {0};
+    uint32_t *list = arena_push(&scratch, uint32_t, 3 * (size_t)surface->vertex_count);
+    int count = 0;
+    cloth->cut_begin = arena_push(&painter->arena, int, surface->part_count + 1);
+    for (int i = 0; i < surface->part_count; i++) {
+        const SurfacePart *part = &surface->parts[i];
+        for (int v = part->vertex_begin; v < part->vertex_begin + part->vertex_count; v++) {
+            for (int corner = 0; corner < 3 && surface->surfels[v].cut > 0.0f; corner++) {
+                list[count++] = 3 * (uint32_t)v + (uint32_t)corner;
+            }
+        }
+        cloth->cut_begin[i + 1] = count;
+    }
+    cloth->surfels =
+        create_buffer(GL_ARRAY_BUFFER, surface->vertex_count * (GLsizeiptr)sizeof(Surfel),
+                      surface->surfels, GL_STATIC_DRAW);
+    cloth->cut =
+        create_buffer(GL_ARRAY_BUFFER, count * (GLsizeiptr)sizeof *list, list, GL_STATIC_DRAW);
+    arena_free(&scratch);
+}
+
 void buffers_create_cloth(Painter *painter, const Surface *surface) {
     SurfaceBuffers *cloth = &painter->cloth;
     GLsizeiptr count = surface->vertex_count;
@@ -47,8 +71,7 @@ void buffers_create_cloth(Painter *painter, const Surface *surface) {
     }
     gl.BindVertexArray(0);
     if (surface->surfels) {
-        cloth->surfels = create_buffer(GL_ARRAY_BUFFER, count * (GLsizeiptr)sizeof(Surfel),
-                                       surface->surfels, GL_STATIC_DRAW);
+        create_surfels(painter, surface);
     }
     cloth->fine = create_buffer(GL_ARRAY_BUFFER, triangle_bytes(surface->fine_count), surface->fine,
                                 GL_STATIC_DRAW);
@@ -87,9 +110,9 @@ void buffers_destroy_cloth(Painter *painter) {
     if (!cloth->uploaded) {
         return;
     }
-    GLuint buffers[] = {cloth->vertices, cloth->uv,   cloth->values,
-                        cloth->surfels,  cloth->fine, cloth->coarse};
-    gl.DeleteBuffers(6, buffers);
+    GLuint buffers[] = {cloth->vertices, cloth->uv,   cloth->values, cloth->surfels,
+                        cloth->cut,      cloth->fine, cloth->coarse};
+    gl.DeleteBuffers(sizeof buffers / sizeof *buffers, buffers);
     gl.DeleteBuffers(painter->def.cloth_count, cloth->blocks);
     gl.DeleteVertexArrays(1, &cloth->array);
     *cloth = (SurfaceBuffers){0};

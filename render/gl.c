@@ -151,6 +151,13 @@ void gl_draw_numbered(int first, int count) {
     gl.DrawArrays(GL_TRIANGLES, first, count);
 }
 
+void gl_draw_listed(GLuint list, int first, int count) {
+    gl.BindVertexArray(empty_vertices);
+    gl.BindBuffer(GL_ELEMENT_ARRAY_BUFFER, list);
+    gl.DrawElements(GL_TRIANGLES, count, GL_UNSIGNED_INT,
+                    (const void *)(sizeof(uint32_t) * (size_t)first));
+}
+
 void gl_target_bind(GLuint target, int width, int height) {
     gl.BindFramebuffer(GL_FRAMEBUFFER, target);
     gl.Viewport(0, 0, width, height);

@@ -122,6 +122,8 @@ void gl_draw_fullscreen(void);
 
 /* Draws triangles without attributes: the vertex shader has gl_VertexID alone. */
 void gl_draw_numbered(int first, int count);
+/* The same for vertices whose numbers (uint32_t) stand in a list, from its place `first` on. */
+void gl_draw_listed(GLuint list, int first, int count);
 
 /* Makes target current with a viewport of its size. */
 void gl_target_bind(GLuint target, int width, int height);

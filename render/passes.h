@@ -44,8 +44,10 @@ typedef struct VeilTargets {
 
 /* What only films of splats have. */
 typedef struct SplatPrograms {
-    GLuint visible, sum, sum_measured, words, words_measured;
-    GLint sum_panel_scale, words_side;
+    GLuint visible, sum, sum_measured;                   /* of discs that the border cuts */
+    GLuint visible_whole, sum_whole, sum_whole_measured; /* of all others */
+    GLuint words, words_measured;
+    GLint sum_panel_scale, sum_whole_panel_scale, words_side;
 } SplatPrograms;
 
 typedef struct Splats {
@@ -65,6 +67,8 @@ typedef struct Programs {
 typedef struct SurfaceBuffers {
     GLuint array, vertices, uv, values, surfels, fine,
         coarse;     /* values: of measuring looks, or 0; surfels: of splats, or 0 */
+    GLuint cut;     /* three vertex numbers a surfel that the border cuts, or 0 */
+    int *cut_begin; /* (cloth_count + 1) of each cloth's, in numbers */
     GLuint *blocks; /* (cloth_count) ClothBlock or MeasuredBlock */
     bool uploaded;
 } SurfaceBuffers;

@@ -64,11 +64,11 @@ Resampler *resample_create(const StateLayout *layout, const ResampleDef *def) {
     resampler->kinds = arena_push(arena, const ResampleKind *, layout->cloth_count);
     resampler->plans = arena_push(arena, void *, layout->cloth_count);
     resampler->s = arena_push(arena, double, 3 * layout->vertex_count);
-    double cell = def->triangles > 0 ? SMALLEST_CELL
-                                     : (def->splats ? SPLAT_PIXELS : CELL_PIXELS) /
-                                           def->pixels_per_metre;
-    double most = def->triangles > 0 ? def->triangles
-                                     : def->triangle_cap * (def->splats ? SPLAT_SHARE : 1.0);
+    double cell = def->triangles > 0
+                      ? SMALLEST_CELL
+                      : (def->splats ? SPLAT_PIXELS : CELL_PIXELS) / def->pixels_per_metre;
+    double most =
+        def->triangles > 0 ? def->triangles : def->triangle_cap * (def->splats ? SPLAT_SHARE : 1.0);
     ArenaMark mark = arena_mark(arena);
     for (int i = 0; i < CELL_GROWTH_MOST; i++) {
         arena_rewind(arena, mark);

@@ -15,6 +15,11 @@ bool splats_create_programs(Painter *painter, Error *error) {
         {&programs->visible, SHADER_SPLAT_VERTEX, SHADER_SPLAT_FRAGMENT, "#define VISIBLE\n"},
         {&programs->sum, SHADER_SPLAT_VERTEX, SHADER_SPLAT_FRAGMENT, ""},
         {&programs->sum_measured, SHADER_SPLAT_VERTEX, SHADER_SPLAT_FRAGMENT, "#define MEASURED\n"},
+        {&programs->visible_whole, SHADER_SPLAT_VERTEX, SHADER_SPLAT_FRAGMENT,
+         "#define WHOLE\n#define VISIBLE\n"},
+        {&programs->sum_whole, SHADER_SPLAT_VERTEX, SHADER_SPLAT_FRAGMENT, "#define WHOLE\n"},
+        {&programs->sum_whole_measured, SHADER_SPLAT_VERTEX, SHADER_SPLAT_FRAGMENT,
+         "#define WHOLE\n#define MEASURED\n"},
         {&programs->words, SHADER_FULLSCREEN, SHADER_SPLAT_WORDS, ""},
         {&programs->words_measured, SHADER_FULLSCREEN, SHADER_SPLAT_WORDS, "#define MEASURED\n"},
     };
@@ -27,6 +32,7 @@ bool splats_create_programs(Painter *painter, Error *error) {
     }
     programs->words_side = gl.GetUniformLocation(programs->words, "side");
     programs->sum_panel_scale = gl.GetUniformLocation(programs->sum, "panel_scale");
+    programs->sum_whole_panel_scale = gl.GetUniformLocation(programs->sum_whole, "panel_scale");
     return true;
 }
 
@@ -46,7 +52,9 @@ void splats_destroy(Painter *painter) {
     Splats *splats = &painter->splats;
     const SplatPrograms *p = &splats->programs;
     GLuint textures[] = {splats->frame, splats->place};
-    GLuint programs[] = {p->visible, p->sum, p->sum_measured, p->words, p->words_measured};
+    GLuint programs[] = {p->visible,       p->sum,           p->sum_measured,
+                         p->visible_whole, p->sum_whole,     p->sum_whole_measured,
+                         p->words,         p->words_measured};
     gl.DeleteTextures(2, textures);
     gl.DeleteFramebuffers(1, &splats->target);
     for (size_t i = 0; i < sizeof programs / sizeof *programs; i++) {
@@ -58,9 +66,15 @@ static bool is_measured(const Painter *painter, int cloth) {
     return painter->looks[cloth]->quantity != QUANTITY_NONE;
 }
 
-/* Three corners a surfel, fetched by number. */
-static void draw_surfels(const SurfacePart *part) {
-    gl_draw_numbered(3 * part->vertex_begin, 3 * part->vertex_count);
+/* Three corners a surfel, fetched by number: those of a cloth that are whole, or those that are cut. */
+static void draw_surfels(const Painter *painter, const FrameView *view, int cloth, bool whole) {
+    const SurfacePart *part = &view->surface->parts[cloth];
+    const int *begin = painter->cloth.cut_begin + cloth;
+    if (whole) {
+        gl_draw_numbered(3 * part->vertex_begin, 3 * part->vertex_count);
+    } else if (begin[1] > begin[0]) {
+        gl_draw_listed(painter->cloth.cut, begin[0], begin[1] - begin[0]);
+    }
 }
 
 static void bind_storage(const Painter *painter) {
@@ -81,15 +95,29 @@ static void set_stencil(GLenum function, int cloth) {
 
 /* Depth and stencil of what is nearest; the words' target has them. */
 static void find_visible(const Painter *painter, const FrameView *view) {
+    const SplatPrograms *programs = &painter->splats.programs;
     gl.ColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
-    gl.UseProgram(painter->splats.programs.visible);
-    for (int i = 0; i < view->surface->part_count; i++) {
-        if (!passes_is_sheer(painter, i)) {
-            set_stencil(GL_ALWAYS, i);
-            draw_surfels(&view->surface->parts[i]);
+    for (int i = 0; i < 2 * view->surface->part_count; i++) {
+        int cloth = i / 2;
+        bool whole = i % 2 == 0;
+        if (!passes_is_sheer(painter, cloth)) {
+            gl.UseProgram(whole ? programs->visible_whole : programs->visible);
+            set_stencil(GL_ALWAYS, cloth);
+            draw_surfels(painter, view, cloth, whole);
         }
     }
     gl.ColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+}
+
+static void use_sum(const SplatPrograms *programs, const SurfacePart *part, bool measured,
+                    bool whole) {
+    GLuint sum = whole ? programs->sum_whole : programs->sum;
+    GLuint sum_measured = whole ? programs->sum_whole_measured : programs->sum_measured;
+    gl.UseProgram(measured ? sum_measured : sum);
+    if (!measured) {
+        gl.Uniform2f(whole ? programs->sum_whole_panel_scale : programs->sum_panel_scale,
+                     (float)(1.0 / part->size[0]), (float)(1.0 / part->size[1]));
+    }
 }
 
 static void add_up(const Painter *painter, const FrameView *view) {
@@ -104,19 +132,15 @@ static void add_up(const Painter *painter, const FrameView *view) {
     gl.StencilMask(0);
     gl.Enable(GL_BLEND);
     gl.BlendFunc(GL_ONE, GL_ONE);
-    for (int i = 0; i < view->surface->part_count; i++) {
-        const SurfacePart *part = &view->surface->parts[i];
-        if (passes_is_sheer(painter, i)) {
-            continue;
+    for (int i = 0; i < 2 * view->surface->part_count; i++) {
+        int cloth = i / 2;
+        bool whole = i % 2 == 0;
+        if (!passes_is_sheer(painter, cloth)) {
+            use_sum(&splats->programs, &view->surface->parts[cloth], is_measured(painter, cloth),
+                    whole);
+            set_stencil(GL_EQUAL, cloth);
+            draw_surfels(painter, view, cloth, whole);
         }
-        bool measured = is_measured(painter, i);
-        gl.UseProgram(measured ? splats->programs.sum_measured : splats->programs.sum);
-        if (!measured) {
-            gl.Uniform2f(splats->programs.sum_panel_scale, (float)(1.0 / part->size[0]),
-                         (float)(1.0 / part->size[1]));
-        }
-        set_stencil(GL_EQUAL, i);
-        draw_surfels(part);
     }
     gl.Disable(GL_BLEND);
     gl.DepthFunc(GL_LESS);

@@ -141,6 +141,7 @@ static void clip(Surfel *surfel, const Border *border) {
     if (one < 0) {
         return;
     }
+    surfel->cut = 1.0f;
     line_of(&border->segments[one], first);
     set_line(surfel->line[0], first);
     int two = nearest_segment(border, p, radius, first);
@@ -149,7 +150,7 @@ static void clip(Surfel *surfel, const Border *border) {
         double middle[2] = {0.5 * (s->a[0] + s->b[0]), 0.5 * (s->a[1] + s->b[1])};
         line_of(s, second);
         set_line(surfel->line[1], second);
-        surfel->concave = side_of(first, middle) < 0.0 ? 1.0f : 0.0f;
+        surfel->cut = side_of(first, middle) < 0.0 ? 2.0f : 1.0f;
     }
 }
 

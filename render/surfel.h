@@ -12,9 +12,9 @@
 
 /* What stays the same for all frames; read by splat.vert.glsl as SURFEL_FLOATS numbers. */
 struct Surfel {
-    float uv[2];      /* [m] from the panel's corner */
-    float radius;     /* [m] in the panel; 0: another surfel lies in the same place */
-    float concave;    /* 1: inside is where either line says so, 0: where both do */
+    float uv[2];  /* [m] from the panel's corner */
+    float radius; /* [m] in the panel; 0: another surfel lies in the same place */
+    float cut;    /* 0: a whole disc; inside is where both lines say so: 1, where either does: 2 */
     float line[2][3]; /* a, b, c: inside is where a u + b v + c >= 0 */
 };
 #define SURFEL_FLOATS 10

@@ -11,12 +11,17 @@ trap 'rm -rf "$folder"' EXIT
 
 first=1
 for options in "--size 1280x720" "--size 1920x1080" "--size 1280x720 --quality draft" \
-    "--size 1280x720 --surface splats" "--size 1920x1080 --surface splats"; do
+    "--size 1280x720 --surface splats" "--size 1920x1080 --surface splats" \
+    "--size 1280x720 --triangles 200000" "--size 1280x720 --triangles 200000 --surface splats"; do
     # shellcheck disable=SC2086 # options are words
     $toile bench $states $options >"$folder/rows"
     if [ $first -eq 1 ]; then cat "$folder/rows"; else tail -n +2 "$folder/rows"; fi
     first=0
+    grep ',frame_ms,' "$folder/rows" | tail -n 1 | cut -d, -f8 >>"$folder/frames"
 done
+# 100,000 surfels against as many vertices of a mesh
+tail -n 2 "$folder/frames" | tr '\n' ' ' |
+    awk '{printf "render,standard,splats,,192200,,splats_over_mesh,%.3f,1.3,%.3f,,1280x720\n", $2 / $1, $2 / $1 / 1.3 - 1}'
 
 # most memory of a picture in 4K
 $python - "$toile" "$states" "$folder/4k.png" <<'PY'

@@ -25,7 +25,7 @@ static const char *path_of(const char *motion) {
 
 typedef struct View {
     const char *motion, *look; /* NULL: its own */
-    bool splats;
+    bool splats, clear;
     int width, height, threads;
     QuantityRange range;
 } View;
@@ -39,6 +39,7 @@ static Image draw(const View *view) {
                    .height = view->height,
                    .quality = quality_find("standard"),
                    .splats = view->splats,
+                   .clear = view->clear,
                    .look = view->look,
                    .range = view->range,
                    .threads = view->threads};
@@ -69,6 +70,51 @@ static void test_like_the_mesh(void **state) {
         print_message("%-8s PSNR %.1f dB, SSIM %.4f\n", motions[i], difference.psnr,
                       difference.ssim);
         CHECK_AT_MOST(-difference.psnr, -38.0);
+        image_free(&mesh);
+        image_free(&splats);
+    }
+}
+
+/* Pixels whose neighbours the mesh covers, and which the surfels do not. */
+static int count_open(const Image *mesh, const Image *splats) {
+    int open = 0;
+    for (int y = 1; y < mesh->height - 1; y++) {
+        for (int x = 1; x < mesh->width - 1; x++) {
+            bool inside = true;
+            for (int k = 0; k < 9; k++) {
+                int at = (y + k / 3 - 1) * mesh->width + x + k % 3 - 1;
+                inside = inside && mesh->rgba[IMAGE_CHANNELS * at + 3] > 0;
+            }
+            open += inside && splats->rgba[IMAGE_CHANNELS * (y * mesh->width + x) + 3] == 0;
+        }
+    }
+    return open;
+}
+
+static void lay_over_grey(Image *image) {
+    for (int i = 0; i < image->width * image->height; i++) {
+        uint8_t *p = image->rgba + IMAGE_CHANNELS * i;
+        for (int k = 0; k < 3; k++) {
+            p[k] = (uint8_t)((p[k] * p[3] + 110 * (255 - p[3])) / 255);
+        }
+    }
+}
+
+static void test_every_look(void **state) {
+    (void)state;
+    for (int i = 0; i < look_count; i++) {
+        View view = {
+            .motion = "table", .look = looks[i].name, .clear = true, .width = 1280, .height = 720};
+        Image mesh = draw(&view);
+        view.splats = true;
+        Image splats = draw(&view);
+        int open = count_open(&mesh, &splats);
+        lay_over_grey(&mesh);
+        lay_over_grey(&splats);
+        ImageDifference difference = image_compare(&mesh, &splats);
+        print_message("%-12s PSNR %.1f dB, %d pixels open\n", view.look, difference.psnr, open);
+        CHECK_AT_MOST(-difference.psnr, -38.0);
+        assert_int_equal(open, 0);
         image_free(&mesh);
         image_free(&splats);
     }
@@ -199,7 +245,7 @@ static void patch_fill(Patch *patch, const double *uv, int vertices, const int32
 static bool covers(const Surfel *surfel, double u, double v) {
     double a = surfel->line[0][0] * u + surfel->line[0][1] * v + surfel->line[0][2];
     double b = surfel->line[1][0] * u + surfel->line[1][1] * v + surfel->line[1][2];
-    bool inside = surfel->concave > 0 ? a >= 0 || b >= 0 : a >= 0 && b >= 0;
+    bool inside = surfel->cut > 1 ? a >= 0 || b >= 0 : a >= 0 && b >= 0;
     double du = u - surfel->uv[0], dv = v - surfel->uv[1];
     return inside && du * du + dv * dv < surfel->radius * surfel->radius;
 }
@@ -229,9 +275,9 @@ static void test_clip_lines(void **state) {
         }
     }
     const Surfel *inner = &patch.surfels[4], *corner = &patch.surfels[0];
-    assert_true(inner->concave == 1.0f);
+    assert_true(inner->cut == 2.0f);
     assert_true(covers(inner, 0.9, 1.1) && covers(inner, 1.1, 0.9) && !covers(inner, 1.1, 1.1));
-    assert_true(corner->concave == 0.0f);
+    assert_true(corner->cut == 1.0f);
     assert_true(covers(corner, 0.1, 0.1) && !covers(corner, -0.1, 0.1) &&
                 !covers(corner, 0.1, -0.1));
 }
@@ -275,9 +321,9 @@ static int tear_down(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_same_bits), /* first: a process keeps its number of raster threads */
-        cmocka_unit_test(test_clip_lines),        cmocka_unit_test(test_doubles_are_dropped),
-        cmocka_unit_test(test_like_the_mesh),     cmocka_unit_test(test_no_holes),
-        cmocka_unit_test(test_sheer_is_the_mesh),
+        cmocka_unit_test(test_clip_lines),    cmocka_unit_test(test_doubles_are_dropped),
+        cmocka_unit_test(test_like_the_mesh), cmocka_unit_test(test_every_look),
+        cmocka_unit_test(test_no_holes),      cmocka_unit_test(test_sheer_is_the_mesh),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }

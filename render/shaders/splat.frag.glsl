@@ -1,8 +1,12 @@
 // Adds up what the surfels of one surface say, weighted by the distance from their middles.
 in vec2 disc;
+#if !defined(WHOLE) || !defined(VISIBLE)
 in vec2 uv;
+#endif
+#ifndef WHOLE
 flat in vec4 line_a;
 flat in vec3 line_b;
+#endif
 #ifndef VISIBLE
 flat in vec4 frame;
 noperspective in float window_depth;
@@ -19,9 +23,13 @@ const float RIM = 0.985; // of the squared radius: weights stay above rounding
 
 void main() {
     float r2 = dot(disc, disc);
+#ifdef WHOLE
+    bool outside = r2 > RIM;
+#else
     float a = dot(line_a.xyz, vec3(uv, 1.0)), b = dot(line_b, vec3(uv, 1.0));
-    float inside = line_a.w > 0.5 ? max(a, b) : min(a, b);
-    if (r2 > RIM || inside < 0.0) {
+    bool outside = r2 > RIM || (line_a.w > 1.5 ? max(a, b) : min(a, b)) < 0.0;
+#endif
+    if (outside) {
         discard;
     }
 #ifndef VISIBLE

@@ -1,5 +1,6 @@
 // Surfels: one triangle around each. VISIBLE: only their depth. Else they come a little nearer, so that
-// what lies in the surface seen is summed and what lies behind it is not.
+// what lies in the surface seen is summed and what lies behind it is not. WHOLE: only discs that the border does
+// not cut, which are nearly all, without its lines; else only those that it cuts.
 layout(std430, binding = 0) readonly buffer Vertices { float vertices[]; }; // SurfaceVertex
 layout(std430, binding = 1) readonly buffer Surfels { float surfels[]; };   // Surfel
 #ifdef MEASURED
@@ -10,9 +11,13 @@ const int VERTEX_FLOATS = 9, SURFEL_FLOATS = 10;
 const float NEARER = 0.30; // of the radius, across the surface: more blends layers, less cuts discs
 
 out vec2 disc;           // place in the disc; its rim is at 1
+#if !defined(WHOLE) || !defined(VISIBLE)
 out vec2 uv;             // [m] from the panel's corner
-flat out vec4 line_a;    // clip lines; w: 1 = either is enough
+#endif
+#ifndef WHOLE
+flat out vec4 line_a;    // clip lines; w: 2 = either is enough
 flat out vec3 line_b;
+#endif
 #ifndef VISIBLE
 flat out vec4 frame;     // normal across the view; direction of the tangent around it
 noperspective out float window_depth; // where it really is
@@ -30,9 +35,15 @@ void main() {
     float radius = surfels[s + 2];
     // corners of the equilateral triangle around the unit circle
     disc = corner == 0 ? vec2(2.0, 0.0) : vec2(-1.0, corner == 1 ? 1.7320508 : -1.7320508);
+#if !defined(WHOLE) || !defined(VISIBLE)
     uv = vec2(surfels[s], surfels[s + 1]) + radius * disc;
+#endif
+#ifdef WHOLE
+    radius = surfels[s + 3] == 0.0 ? radius : 0.0; // the others are drawn apart
+#else
     line_a = vec4(surfels[s + 4], surfels[s + 5], surfels[s + 6], surfels[s + 3]);
     line_b = vec3(surfels[s + 7], surfels[s + 8], surfels[s + 9]);
+#endif
     vec3 at = p + radius * (disc.x * du + disc.y * dv);
     vec3 view = view_vector(p), face = normalize(cross(du, dv) + vec3(0.0, 0.0, 1e-30));
     bool back = dot(face, view) < 0.0;
