@@ -64,7 +64,7 @@ static bool time_encoding(const Bench *bench, Drawer *drawer, int first, int cou
     close(file);
     double start = cpu_seconds(), spent = 0.0;
     Video *video =
-        video_create(path, video_format_of(path), bench->width, bench->height, 30.0, error);
+        video_create(path, video_format_of(path), bench->width, bench->height, 30.0, false, error);
     spent += cpu_seconds() - start;
     bool good = video != NULL;
     for (int i = 0; good && i < ENCODE_FRAMES; i++) {

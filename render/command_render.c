@@ -7,6 +7,7 @@
 #include "render/interrupt.h"
 #include "render/jobs.h"
 #include "render/output.h"
+#include "render/video.h"
 #include "sim/base/hash.h"
 
 /* What one call of render works on. */
@@ -290,9 +291,17 @@ static bool make_film(Job *job, Error *error) {
 
 /* What a kind of file cannot hold. */
 static bool check_target(const Options *options, const OutputDef *target, Error *error) {
-    if (options->clear && target->kind == OUTPUT_VIDEO) {
-        return error_set(error, EXIT_USAGE,
-                         "--alpha: films have none; use a sequence of .png or .exr");
+    if (options->clear && target->kind == OUTPUT_VIDEO &&
+        !video_format_of(target->path)->clear_format) {
+        char endings[256] = "";
+        for (int i = 0; i < video_format_count; i++) {
+            size_t used = strlen(endings);
+            if (video_formats[i].clear_format) {
+                snprintf(endings + used, sizeof endings - used, ".%s, ", video_formats[i].ending);
+            }
+        }
+        return error_set(error, EXIT_USAGE, "--alpha: %s has none; use %s.png or .exr",
+                         target->path, endings);
     }
     if (target->exr && (options->jobs > 1 || options->blur > 0.0)) {
         return error_set(error, EXIT_USAGE, ".exr pictures take no --%s",
@@ -311,6 +320,7 @@ ExitCode command_render(const Options *options, Error *error) {
         return error->code;
     }
     job.target.force = options->force;
+    job.target.clear = options->clear;
     Options linear = *options;
     linear.linear = job.target.exr;
     job.options = &linear;

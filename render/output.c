@@ -199,7 +199,7 @@ Output *output_create(const OutputDef *def, Error *error) {
     if (def->kind == OUTPUT_VIDEO) {
         snprintf(output->part, sizeof output->part, "%s.part", def->path);
         output->video = video_create(output->part, video_format_of(def->path), def->width,
-                                     def->height, def->rate, error);
+                                     def->height, def->rate, def->clear, error);
         if (!output->video) {
             unlink(output->part);
             free(output);

@@ -21,6 +21,7 @@ typedef struct OutputDef {
     int width, height; /* [px] */
     double rate;       /* [1/s] of a video */
     bool exr;          /* pictures are EXR files: output_write_exr */
+    bool clear;        /* pictures have alpha */
     bool background;   /* encode in a thread of its own */
     bool force;        /* overwrite whatever is there */
 } OutputDef;

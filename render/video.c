@@ -20,25 +20,26 @@
  * as much for 20 % of the size. */
 const VideoFormat video_formats[] = {
     {"mp4", "H.264, plays everywhere", "mp4", "libx264", "yuv420p", "preset=veryfast:crf=18",
-     "movflags=+faststart", NULL},
+     "movflags=+faststart", NULL, "", NULL},
     {"hevc.mp4", "HEVC, half the size", "mp4", "libx265", "yuv420p",
      "preset=fast:crf=20:x265-params=log-level=none\\:pools=none\\:frame-threads=1",
-     "movflags=+faststart", NULL},
+     "movflags=+faststart", NULL, "", NULL},
     {"av1.webm", "AV1, for web pages", "webm", "libaom-av1", "yuv420p",
-     "usage=realtime:cpu-used=8:crf=26:b=0:row-mt=0", "", NULL},
+     "usage=realtime:cpu-used=8:crf=26:b=0:row-mt=0", "", NULL, "", NULL},
     {"gif", "256 colours a picture, plays anywhere; 15 frames a second are enough", "gif", "gif",
-     "pal8", "", "loop=0",
+     "pal8", "", "loop=0", "pal8", "",
      "split[a][b];[a]palettegen=stats_mode=single[p];"
      "[b][p]paletteuse=new=1:dither=bayer:bayer_scale=4"},
     {"prores.mov", "ProRes 422 HQ, for cutting", "mov", "prores_ks", "yuv422p10le",
-     "profile=3:vendor=apl0", "", NULL},
+     "profile=3:vendor=apl0", "", "yuva444p10le", "profile=4:alpha_bits=16", NULL},
     {"mov", "H.264 in a QuickTime file", "mov", "libx264", "yuv420p", "preset=veryfast:crf=18",
-     "movflags=+faststart", NULL},
+     "movflags=+faststart", NULL, "", NULL},
     {"webm", "VP9, for web pages", "webm", "libvpx-vp9", "yuv420p",
-     "deadline=realtime:cpu-used=8:crf=24:b=0:row-mt=0", "", NULL},
+     "deadline=realtime:cpu-used=8:crf=24:b=0:row-mt=0", "", "yuva420p", "auto-alt-ref=0", NULL},
     {"mkv", "FFV1, nothing lost, for CI and archives", "matroska", "ffv1", "bgr0",
-     "level=3:slices=4:slicecrc=1", "", NULL},
-    {"apng", "animated PNG, nothing lost", "apng", "apng", "rgb24", "pred=sub", "plays=0", NULL},
+     "level=3:slices=4:slicecrc=1", "", "bgra", "", NULL},
+    {"apng", "animated PNG, nothing lost", "apng", "apng", "rgb24", "pred=sub", "plays=0", "rgba",
+     "", NULL},
 };
 const int video_format_count = sizeof video_formats / sizeof video_formats[0];
 
@@ -51,8 +52,9 @@ struct Video {
     struct SwsContext *scaler;
     AVFilterGraph *graph; /* in place of the scaler, or NULL */
     AVFilterContext *source, *sink;
-    int64_t written; /* frames */
-    bool header;     /* of the file is written */
+    int64_t written;          /* frames */
+    enum AVPixelFormat input; /* what pictures are handed over as */
+    bool header;              /* of the file is written */
     char path[4096];
 };
 
@@ -82,7 +84,7 @@ static bool fail(Error *error, const char *path, const char *what, int code) {
 }
 
 static bool open_encoder(Video *video, const VideoFormat *format, int width, int height,
-                         double rate, Error *error) {
+                         double rate, bool clear, Error *error) {
     const AVCodec *codec = avcodec_find_encoder_by_name(format->encoder);
     if (!codec) {
         return error_set(error, EXIT_MISSING_INPUT, "this FFmpeg has no encoder %s for .%s files",
@@ -93,7 +95,7 @@ static bool open_encoder(Video *video, const VideoFormat *format, int width, int
     AVRational frames = av_d2q(rate, RATE_DENOMINATOR);
     encoder->width = width;
     encoder->height = height;
-    encoder->pix_fmt = av_get_pix_fmt(format->pixel_format);
+    encoder->pix_fmt = av_get_pix_fmt(clear ? format->clear_format : format->pixel_format);
     encoder->time_base = av_inv_q(frames);
     encoder->framerate = frames;
     encoder->gop_size = GOP_FRAMES;
@@ -112,6 +114,7 @@ static bool open_encoder(Video *video, const VideoFormat *format, int width, int
     }
     AVDictionary *options = NULL;
     av_dict_parse_string(&options, format->options, "=", ":", 0);
+    av_dict_parse_string(&options, clear ? format->clear_options : "", "=", ":", 0);
     int code = avcodec_open2(encoder, codec, &options);
     av_dict_free(&options);
     return code >= 0 || fail(error, video->path, "the encoder does not start", code);
@@ -125,6 +128,9 @@ static bool start_file(Video *video, const VideoFormat *format, Error *error) {
     avcodec_parameters_from_context(stream->codecpar, video->encoder);
     video->muxer->flags |= AVFMT_FLAG_BITEXACT;
     av_dict_set(&video->muxer->metadata, "comment", "toile", 0);
+    if (video->input == AV_PIX_FMT_RGBA) { /* WebM: alpha stands beside the pictures */
+        av_dict_set(&stream->metadata, "alpha_mode", "1", 0);
+    }
     int code = avio_open(&video->muxer->pb, video->path, AVIO_FLAG_WRITE);
     if (code < 0) {
         return fail(error, video->path, "cannot be written", code);
@@ -140,7 +146,7 @@ static bool start_file(Video *video, const VideoFormat *format, Error *error) {
 /* sRGB picture -> what the encoder takes, BT.709 limited range or RGB. */
 static void open_scaler(Video *video, int width, int height) {
     int flags = SWS_BICUBIC | SWS_ACCURATE_RND | SWS_FULL_CHR_H_INP | SWS_BITEXACT;
-    video->scaler = sws_getContext(width, height, AV_PIX_FMT_RGB0, width, height,
+    video->scaler = sws_getContext(width, height, video->input, width, height,
                                    video->encoder->pix_fmt, flags, NULL, NULL, NULL);
     ASSERT(video->scaler);
     const int *table = sws_getCoefficients(SWS_CS_ITU709);
@@ -158,7 +164,7 @@ static bool open_filter(Video *video, const VideoFormat *format, int width, int 
     AVRational base = video->encoder->time_base;
     graph->nb_threads = 1;
     snprintf(source, sizeof source, "video_size=%dx%d:pix_fmt=%d:time_base=%d/%d:pixel_aspect=1/1",
-             width, height, AV_PIX_FMT_RGB0, base.num, base.den);
+             width, height, video->input, base.num, base.den);
     int code = avfilter_graph_create_filter(&video->source, avfilter_get_by_name("buffer"), "in",
                                             source, NULL, graph);
     if (code >= 0) {
@@ -179,10 +185,11 @@ static bool open_filter(Video *video, const VideoFormat *format, int width, int 
 }
 
 Video *video_create(const char *path, const VideoFormat *format, int width, int height, double rate,
-                    Error *error) {
+                    bool clear, Error *error) {
     av_log_set_level(AV_LOG_ERROR);
     Video *video = calloc(1, sizeof *video);
-    ASSERT(video && width % 2 == 0 && height % 2 == 0);
+    ASSERT(video && width % 2 == 0 && height % 2 == 0 && (!clear || format->clear_format));
+    video->input = clear ? AV_PIX_FMT_RGBA : AV_PIX_FMT_RGB0;
     snprintf(video->path, sizeof video->path, "%s", path);
     int code = avformat_alloc_output_context2(&video->muxer, NULL, format->muxer, path);
     if (code < 0) {
@@ -190,7 +197,7 @@ Video *video_create(const char *path, const VideoFormat *format, int width, int 
         video_abandon(video);
         return NULL;
     }
-    if (!open_encoder(video, format, width, height, rate, error) ||
+    if (!open_encoder(video, format, width, height, rate, clear, error) ||
         !start_file(video, format, error)) {
         video_abandon(video);
         return NULL;
@@ -205,7 +212,7 @@ Video *video_create(const char *path, const VideoFormat *format, int width, int 
     video->packet = av_packet_alloc();
     AVFrame *frame = video->frame = av_frame_alloc();
     ASSERT(video->packet && frame);
-    frame->format = format->filter ? AV_PIX_FMT_RGB0 : video->encoder->pix_fmt;
+    frame->format = format->filter ? video->input : video->encoder->pix_fmt;
     frame->width = width;
     frame->height = height;
     code = av_frame_get_buffer(frame, 0);

@@ -17,6 +17,8 @@ typedef struct VideoFormat {
     const char *pixel_format; /* as FFmpeg calls it */
     const char *options;      /* of the encoder: "key=value:key=value" */
     const char *muxer_options;
+    const char *clear_format;  /* pixel_format of pictures with alpha; NULL: it has none */
+    const char *clear_options; /* besides the others */
     const char *filter; /* graph of libavfilter from RGB0 pictures to pixel_format; NULL: none */
 } VideoFormat;
 
@@ -28,10 +30,10 @@ const VideoFormat *video_format_of(const char *path);
 
 typedef struct Video Video;
 
-/* Starts a file. Width and height must be even. Errors: EXIT_IO; EXIT_MISSING_INPUT when FFmpeg
- * was built without the encoder. */
+/* Starts a file. Width and height must be even. clear: pictures have alpha, not premultiplied (the format must have a
+ * clear_format). Errors: EXIT_IO; EXIT_MISSING_INPUT when FFmpeg was built without the encoder. */
 Video *video_create(const char *path, const VideoFormat *format, int width, int height, double rate,
-                    Error *error);
+                    bool clear, Error *error);
 bool video_write(Video *video, const Image *image, Error *error);
 /* Ends the file and frees; comment: its metadata entry, may be NULL (mp4 only). */
 bool video_close(Video *video, const char *comment, Error *error);

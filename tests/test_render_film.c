@@ -224,6 +224,71 @@ static void test_formats(void **state) {
     image_free(&drawn);
 }
 
+/* Mean and largest difference of alpha. */
+static double alpha_difference(const Image *a, const Image *b, int *largest) {
+    double sum = 0.0;
+    *largest = 0;
+    for (int i = 0; i < a->width * a->height; i++) {
+        int d = abs(a->rgba[IMAGE_CHANNELS * i + 3] - b->rgba[IMAGE_CHANNELS * i + 3]);
+        *largest = d > *largest ? d : *largest;
+        sum += d;
+    }
+    return sum / (a->width * a->height);
+}
+
+/* Films with alpha, and a refusal by those that have none. FFmpeg's own decoder of VP9 leaves alpha out:
+ * libvpx's is asked through its program. */
+static void test_alpha_formats(void **state) {
+    (void)state;
+    const char *still = in_folder("of-alpha.png");
+    Options options = options_for(in_folder("table.states"), still);
+    Image drawn, shown;
+    char command[512];
+    options.clear = true;
+    options.quality = quality_find("standard"); /* draft has no half covered pixels */
+    options.first = options.last = 4;
+    options.frames_given = true;
+    assert_int_equal(render(options), EXIT_OK);
+    assert_true(image_read_png(still, &drawn, NULL));
+    assert_int_equal(drawn.rgba[3], 0);
+    for (int i = 0; i < video_format_count; i++) {
+        const VideoFormat *format = &video_formats[i];
+        char name[64];
+        snprintf(name, sizeof name, "alpha.%s", format->ending);
+        options = options_for(in_folder("table.states"), in_folder(name));
+        options.clear = true;
+        options.quality = quality_find("standard");
+        assert_int_equal(render(options), format->clear_format ? EXIT_OK : EXIT_USAGE);
+        if (!format->clear_format) {
+            continue;
+        }
+        const char *path = in_folder(name);
+        if (strcmp(format->ending, "webm") == 0) {
+            snprintf(
+                command, sizeof command,
+                "ffmpeg -v error -y -c:v libvpx-vp9 -i %s -vf 'select=eq(n\\,4)' -frames:v 1 "
+                "-pix_fmt rgba %s/webm.png",
+                path, folder);
+            if (system(command) != 0) {
+                print_message("alpha of webm: not looked at, ffmpeg is missing\n");
+                continue;
+            }
+            assert_true(image_read_png(in_folder("webm.png"), &shown, NULL));
+        } else {
+            VideoInfo info;
+            assert_true(video_probe(path, &info, 4, &shown, NULL));
+        }
+        int largest;
+        double mean = alpha_difference(&drawn, &shown, &largest);
+        print_message("%-12s alpha off by %.3f, at most %d\n", format->ending, mean, largest);
+        bool lossless = strcmp(format->ending, "mkv") == 0 || strcmp(format->ending, "apng") == 0;
+        assert_true(lossless ? largest == 0
+                             : mean < 1.0); /* gif: all or nothing along the outline */
+        image_free(&shown);
+    }
+    image_free(&drawn);
+}
+
 static struct timespec changed(const char *path) {
     struct stat status = {0};
     assert_int_equal(stat(path, &status), 0);
@@ -472,6 +537,7 @@ int main(void) {
         cmocka_unit_test(test_video),
         cmocka_unit_test(test_webm),
         cmocka_unit_test(test_formats),
+        cmocka_unit_test(test_alpha_formats),
         cmocka_unit_test(test_made_once),
         cmocka_unit_test(test_foreign_file_is_kept),
         cmocka_unit_test(test_sequence),
