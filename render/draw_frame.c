@@ -6,6 +6,7 @@
 
 #include "render/between.h"
 #include "render/draw_parts.h"
+#include "render/motion.h"
 #include "render/overlay.h"
 #include "sim/base/hash.h"
 
@@ -259,10 +260,56 @@ const Image *draw_frame(Drawer *drawer, int index, Error *error) {
     return good ? &drawer->image : NULL;
 }
 
+/* Places of the surface's vertices at these nodes. */
+static float *copy_places(Drawer *drawer, const StateLayout *layout, const double *x) {
+    const Surface *surface = resample_frame(drawer->resampler, layout, x);
+    float *places = arena_push(&drawer->scratch, float, 3 * (size_t)surface->vertex_count);
+    for (int i = 0; i < surface->vertex_count; i++) {
+        memcpy(places + 3 * (size_t)i, surface->vertices[i].position, 3 * sizeof *places);
+    }
+    return places;
+}
+
+/* Motion since the frame before, when it has the same layout. */
+static bool find_motion(Drawer *drawer, int index, ExrPicture *picture, Error *error) {
+    StateFrame before, frame;
+    StateLayout layout;
+    int at, before_at, samples = drawer->def.quality->samples;
+    if (index == 0) {
+        return true;
+    }
+    if (!state_read_frame(drawer->run->reader, index - 1, &before, &layout, &before_at, error)) {
+        return false;
+    }
+    before = between_copy(&before, layout.node_count, &drawer->scratch);
+    Camera camera_before = camera_of(drawer, &layout, &before);
+    if (!state_read_frame(drawer->run->reader, index, &frame, &layout, &at, error)) {
+        return false;
+    }
+    if (at != before_at || at != drawer->layout_index) {
+        return true;
+    }
+    Camera camera = camera_of(drawer, &layout, &frame);
+    MotionDef def = {.camera = &camera,
+                     .camera_before = &camera_before,
+                     .before = copy_places(drawer, &layout, before.x),
+                     .places = copy_places(drawer, &layout, frame.x),
+                     .surface = resample_surface(drawer->resampler),
+                     .pose = frame.pose,
+                     .pose_before = before.pose,
+                     .pose_count = frame.pose_count,
+                     .sample = {0.5 / samples, 1.0 - 0.5 / samples}};
+    motion_fill(&def, picture);
+    return true;
+}
+
 bool draw_exr(Drawer *drawer, int index, ExrPicture *picture, Error *error) {
     if (!draw_frame(drawer, index, error)) {
         return false;
     }
     paint_read_exr(drawer->painter, picture);
-    return true;
+    ArenaMark mark = arena_mark(&drawer->scratch);
+    bool good = find_motion(drawer, index, picture, error);
+    arena_rewind(&drawer->scratch, mark);
+    return good;
 }

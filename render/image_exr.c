@@ -12,9 +12,11 @@ ExrPicture exr_create(int width, int height) {
                           .rgba = calloc(4 * count, sizeof(float)),
                           .depth = calloc(count, sizeof(float)),
                           .normal = calloc(3 * count, sizeof(float)),
+                          .motion = calloc(2 * count, sizeof(float)),
                           .uv = calloc(2 * count, sizeof(float)),
                           .id = calloc(count, sizeof(uint32_t))};
-    ASSERT(picture.rgba && picture.depth && picture.normal && picture.uv && picture.id);
+    ASSERT(picture.rgba && picture.depth && picture.normal && picture.motion && picture.uv &&
+           picture.id);
     return picture;
 }
 
@@ -22,6 +24,7 @@ void exr_free(ExrPicture *picture) {
     free(picture->rgba);
     free(picture->depth);
     free(picture->normal);
+    free(picture->motion);
     free(picture->uv);
     free(picture->id);
     *picture = (ExrPicture){0};
@@ -36,7 +39,7 @@ typedef struct Plane {
     bool whole; /* uint32_t instead of float */
 } Plane;
 
-#define PLANES 11
+#define PLANES 13
 
 static void list_planes(const ExrPicture *p, Plane planes[PLANES]) {
     const Plane all[PLANES] = {
@@ -49,6 +52,8 @@ static void list_planes(const ExrPicture *p, Plane planes[PLANES]) {
         {"R", p->rgba, 4, EXR_PIXEL_HALF, false},
         {"Z", p->depth, 1, EXR_PIXEL_FLOAT, false},
         {"id", p->id, 1, EXR_PIXEL_UINT, true},
+        {"motion.x", p->motion, 2, EXR_PIXEL_FLOAT, false},
+        {"motion.y", p->motion + 1, 2, EXR_PIXEL_FLOAT, false},
         {"uv.u", p->uv, 2, EXR_PIXEL_FLOAT, false},
         {"uv.v", p->uv + 1, 2, EXR_PIXEL_FLOAT, false},
     };

@@ -2,7 +2,7 @@
  * OpenEXR.
  *
  * Channels: R G B A (half, linear Rec.709, premultiplied), Z [m] along the view (1e30: nothing),
- * N.X N.Y N.Z (right, up, towards the viewer), uv.u uv.v (place on the panel, 0..1), id (1.. cloths, then
+ * N.X N.Y N.Z (right, up, towards the viewer), motion.x motion.y ([px] since the frame before, to the right and down), uv.u uv.v (place on the panel, 0..1), id (1.. cloths, then
  * obstacles in the order of the scene; 0: nothing). All but the colours are of one sample a pixel.
  */
 #ifndef TOILE_RENDER_IMAGE_EXR_H
@@ -17,6 +17,7 @@ typedef struct ExrPicture {
     float *rgba;       /* (height x width x 4) */
     float *depth;      /* (height x width) */
     float *normal;     /* (height x width x 3) */
+    float *motion;     /* (height x width x 2) [px] */
     float *uv;         /* (height x width x 2) */
     uint32_t *id;      /* (height x width) */
 } ExrPicture;

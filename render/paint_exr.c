@@ -61,6 +61,7 @@ void paint_read_exr(Painter *painter, ExrPicture *picture) {
             for (int k = 0; k < 3; k++) {
                 picture->normal[3 * at + (size_t)k] = 0.0f;
                 picture->uv[2 * at + (size_t)(k % 2)] = 0.0f;
+                picture->motion[2 * at + (size_t)(k % 2)] = 0.0f;
             }
             if (id > 0) {
                 set_pixel(painter, words + 4 * from, id, at, picture);

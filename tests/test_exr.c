@@ -124,6 +124,49 @@ static void test_geometry(void **state) {
     free(z), free(u), free(v), free(nx), free(nz), free(id);
 }
 
+/* The patch moves to the right and up without turning: every pixel of it by the same way, seen by a camera at rest; nothing else. */
+static void check_motion(const char *look, const char *film, bool splats) {
+    double half = DISTANCE * tan(0.25), way = RENDER_PATCH_SPEED / 30.0 * HEIGHT / (2.0 * half);
+    Options options = options_default();
+    Error error = {0};
+    options.run.path = path_of("moving.states");
+    options.output = path_of(film);
+    options.look = look;
+    options.surface = splats ? "splats" : "mesh";
+    options.width = WIDTH;
+    options.height = HEIGHT;
+    options.threads = 1;
+    options.first = options.last = 1;
+    options.frames_given = options.quiet = options.force = true;
+    if (command_render(&options, &error) != EXIT_OK) {
+        fail_msg("%s", error.text);
+    }
+    float *x = read_floats(options.output, "motion.x"),
+          *y = read_floats(options.output, "motion.y");
+    uint32_t *id = read_channel(options.output, "id", EXR_PIXEL_UINT);
+    double worst = 0.0;
+    int cloth = 0, missed = 0;
+    for (int i = 0; i < WIDTH * HEIGHT; i++) {
+        cloth += id[i] == 1;
+        if (id[i] == 1 && x[i] != 0.0f) {
+            worst = fmax(worst, hypot((double)x[i] - 0.6 * way, (double)y[i] + 0.8 * way));
+        } else {
+            missed += id[i] == 1;
+            assert_true(x[i] == 0.0f && y[i] == 0.0f);
+        }
+    }
+    assert_true(cloth > 5000);
+    CHECK_AT_MOST(worst, 1e-3); /* [px] positions are floats */
+    CHECK_AT_MOST(missed, 4);   /* samples on the border itself */
+    free(x), free(y), free(id);
+}
+
+static void test_motion(void **state) {
+    (void)state;
+    check_motion(NULL, "mesh.exr", false);
+    check_motion(NULL, "splats.exr", true);
+}
+
 /* A measuring look is not tone-mapped: its light is the light of the code in a PNG. */
 static void test_light(void **state) {
     (void)state;
@@ -207,8 +250,10 @@ static void test_wrong_requests(void **state) {
 static int set_up(void **state) {
     (void)state;
     Error error = {0};
-    bool good = mkdtemp(folder) != NULL &&
-                render_states_write("patch", path_of("patch.states"), 0, 1, 9, NULL, true, &error);
+    bool good =
+        mkdtemp(folder) != NULL &&
+        render_states_write("patch", path_of("patch.states"), 0, 1, 9, NULL, true, &error) &&
+        render_states_write("patch", path_of("moving.states"), 0, 2, 9, NULL, true, &error);
     return good ? 0 : 1;
 }
 
@@ -223,7 +268,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_geometry),       cmocka_unit_test(test_light),
         cmocka_unit_test(test_alpha),          cmocka_unit_test(test_other_reader),
-        cmocka_unit_test(test_wrong_requests),
+        cmocka_unit_test(test_wrong_requests), cmocka_unit_test(test_motion),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }

@@ -264,11 +264,10 @@ static void test_alpha_formats(void **state) {
         }
         const char *path = in_folder(name);
         if (strcmp(format->ending, "webm") == 0) {
-            snprintf(
-                command, sizeof command,
-                "ffmpeg -v error -y -c:v libvpx-vp9 -i %s -vf 'select=eq(n\\,4)' -frames:v 1 "
-                "-pix_fmt rgba %s/webm.png",
-                path, folder);
+            snprintf(command, sizeof command,
+                     "ffmpeg -v error -y -c:v libvpx-vp9 -i %s -vf 'select=eq(n\\,4)' -frames:v 1 "
+                     "-pix_fmt rgba %s/webm.png",
+                     path, folder);
             if (system(command) != 0) {
                 print_message("alpha of webm: not looked at, ffmpeg is missing\n");
                 continue;
