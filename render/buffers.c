@@ -51,6 +51,16 @@ static void create_surfels(Painter *painter, const Surface *surface) {
     arena_free(&scratch);
 }
 
+/* [m] of a repeat of the picture on a cloth. */
+static void set_print(const Painter *painter, int cloth, const SurfacePart *part,
+                      LookPanel *panel) {
+    const Print *print = painter->def.prints ? &painter->def.prints[cloth] : NULL;
+    if (print && print->image) {
+        panel->print[0] = print->width > 0.0 ? print->width : part->size[0];
+        panel->print[1] = panel->print[0] * print->image->height / print->image->width;
+    }
+}
+
 void buffers_create_cloth(Painter *painter, const Surface *surface) {
     SurfaceBuffers *cloth = &painter->cloth;
     GLsizeiptr count = surface->vertex_count;
@@ -85,8 +95,9 @@ void buffers_create_cloth(Painter *painter, const Surface *surface) {
             MeasuredBlock block = look_measured_block(look, painter->ranges[look->quantity]);
             cloth->blocks[i] = buffers_create_block(sizeof block, &block);
         } else {
-            LookPanel panel = {part->size[0], part->size[1], painter->thickness[i], part->around,
-                               part->rectangle};
+            LookPanel panel = {part->size[0], part->size[1],   painter->thickness[i],
+                               part->around,  part->rectangle, {0.0, 0.0}};
+            set_print(painter, i, part, &panel);
             ClothBlock block = look_cloth_block(look, &panel);
             cloth->blocks[i] = buffers_create_block(sizeof block, &block);
         }

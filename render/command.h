@@ -9,6 +9,8 @@
 #include "sim/base/progress.h"
 #include "sim/base/version.h"
 
+#define OPTIONS_MOST_PRINTS 16
+
 typedef struct Options {
     const char *const *arguments; /* (argument_count) what stands after the verb */
     int argument_count;
@@ -16,10 +18,13 @@ typedef struct Options {
     const char *output; /* -o FILE */
     int first, last;    /* --frames A-B, from 0; last -1 = to the end */
     bool frames_given;
-    int width, height;                /* [px] --size WxH; 0 = the film's */
-    const Quality *quality;           /* --quality; standard */
-    const char *camera;               /* --camera NAME, of film: cameras; NULL: the first */
-    const char *surface;              /* --surface mesh|splats; NULL: the film's */
+    int width, height;                       /* [px] --size WxH; 0 = the film's */
+    const Quality *quality;                  /* --quality; standard */
+    const char *camera;                      /* --camera NAME, of film: cameras; NULL: the first */
+    const char *surface;                     /* --surface mesh|splats; NULL: the film's */
+    const char *backdrop;                    /* --backdrop FILE or #rrggbb; NULL */
+    const char *prints[OPTIONS_MOST_PRINTS]; /* --print [CLOTH=]FILE[@WIDTH] */
+    int print_count;
     int triangles;                    /* --triangles N of the smooth surface; 0 */
     const char *title;                /* --title TEXT; NULL: the film's */
     double blur, play;                /* --blur PART, --play RATE; negative: the film's */

@@ -58,6 +58,9 @@ Drawer *command_open(const Options *options, Run *run, RunEnd *end, Error *error
                    .clear = options->clear,
                    .look = options->look,
                    .triangles = options->triangles,
+                   .backdrop = options->backdrop,
+                   .prints = options->prints,
+                   .print_count = options->print_count,
                    .range = options->range,
                    .threads = options->threads > 1 ? options->threads : 0};
     bool waits = draw_needs_end(run, &def, error);

@@ -153,6 +153,8 @@ bool draw_start_painter(Drawer *drawer, Error *error) {
                     .clear = drawer->def.clear,
                     .splats = drawer->film.surface == FILM_SPLATS,
                     .cloth_count = header->cloth_count,
+                    .plate = drawer->plate.rgba ? &drawer->plate : NULL,
+                    .prints = drawer->prints,
                     .looks = drawer->looks,
                     .ranges = drawer->ranges,
                     .thickness = drawer->thickness,
@@ -180,10 +182,12 @@ Drawer *draw_create(Run *run, const DrawDef *def, Error *error) {
     }
     drawer->image = image_create(drawer->def.width, drawer->def.height);
     drawer->image.clear = def->clear;
-    if (!set_up(drawer, error)) {
+    if (!set_up(drawer, error) || !draw_read_plate(drawer, error) ||
+        !draw_read_prints(drawer, error)) {
         draw_destroy(drawer);
         return NULL;
     }
+    drawer->pictures = draw_hash_pictures(drawer);
     return drawer;
 }
 
@@ -194,6 +198,7 @@ void draw_destroy(Drawer *drawer) {
     paint_destroy(drawer->painter);
     resample_destroy(drawer->resampler);
     image_free(&drawer->image);
+    draw_free_pictures(drawer);
     arena_free(&drawer->arena);
     arena_free(&drawer->scratch);
     free(drawer);
@@ -299,8 +304,9 @@ bool draw_frame_key(Drawer *drawer, int index, uint64_t *key, Error *error) {
     if (!add_film(drawer, index, &seen, error)) {
         return false;
     }
-    uint64_t parts[] = {frame, seen, shader_hash(), hash_bytes(&quality->samples, settings),
-                        DRAW_VERSION};
+    uint64_t parts[] = {
+        frame,       seen, drawer->pictures, shader_hash(), hash_bytes(&quality->samples, settings),
+        DRAW_VERSION};
     *key = hash_bytes(parts, sizeof parts);
     return true;
 }

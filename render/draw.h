@@ -8,12 +8,16 @@
 typedef struct DrawDef {
     int width, height; /* [px] even; 0 = the film's */
     const Quality *quality;
-    bool linear, clear; /* light instead of display code (draw_exr); no backdrop */
-    bool splats;        /* draw surfels, whatever the film says */
-    int triangles;      /* of the smooth surface, about; 0: as the picture needs */
-    const char *look;   /* of all cloths instead of their own; NULL = their own */
-    const Film *film;   /* instead of the run's, copied; NULL */
-    int threads;        /* raster threads of the driver besides this one; 0 */
+    bool linear, clear;   /* light instead of display code (draw_exr); no backdrop */
+    bool splats;          /* draw surfels, whatever the film says */
+    const char *backdrop; /* a picture, or #rrggbb, in place of the studio; NULL */
+    const char *const
+        *prints; /* (print_count) [CLOTH=]FILE[@WIDTH]: pictures on the faces of cloths */
+    int print_count;
+    int triangles;    /* of the smooth surface, about; 0: as the picture needs */
+    const char *look; /* of all cloths instead of their own; NULL = their own */
+    const Film *film; /* instead of the run's, copied; NULL */
+    int threads;      /* raster threads of the driver besides this one; 0 */
     QuantityRange
         range; /* of measuring looks, in the units of their legend; low = high: automatic */
 } DrawDef;

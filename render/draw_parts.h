@@ -16,8 +16,13 @@ struct Drawer {
     QuantityKind *kinds; /* (cloth_count) of measuring looks */
     bool measures, shown_kinds[QUANTITY_COUNT];
     QuantityRange ranges[QUANTITY_COUNT];
-    PaintProp *props; /* (obstacle_count) */
-    Painter *painter; /* NULL until the first frame is drawn */
+    PaintProp *props;    /* (obstacle_count) */
+    Image plate;         /* behind the scene, or empty */
+    Print *prints;       /* (cloth_count) */
+    Image *print_images; /* (print_count) */
+    int print_count;
+    uint64_t pictures; /* hash of these */
+    Painter *painter;  /* NULL until the first frame is drawn */
     Resampler *resampler;
     int layout_index; /* of the resampler; -1 = none */
     int drawn;        /* index of the frame in `image`; -1 = none */
@@ -26,6 +31,12 @@ struct Drawer {
     Image image;
     DrawTimes *times;
 };
+
+/* draw_pictures.c: reads what def names. Errors: EXIT_USAGE, EXIT_MISSING_INPUT, EXIT_BAD_INPUT. */
+bool draw_read_plate(Drawer *drawer, Error *error);
+bool draw_read_prints(Drawer *drawer, Error *error);
+uint64_t draw_hash_pictures(const Drawer *drawer);
+void draw_free_pictures(Drawer *drawer);
 
 /* The driver is started for the first frame that really has to be drawn. */
 bool draw_start_painter(Drawer *drawer, Error *error);

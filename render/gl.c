@@ -72,6 +72,28 @@ GLuint gl_texture_create(GLenum format, int width, int height, GLenum filter) {
     return texture;
 }
 
+GLuint gl_texture_from(const uint8_t *rgba, int width, int height, bool repeats) {
+    int levels = 1, longest = width > height ? width : height;
+    while (repeats && longest >> levels > 0) {
+        levels++;
+    }
+    GLuint texture = 0;
+    gl.GenTextures(1, &texture);
+    gl.BindTexture(GL_TEXTURE_2D, texture);
+    gl.TexStorage2D(GL_TEXTURE_2D, levels, GL_SRGB8_ALPHA8, width, height);
+    gl.TexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, width, height, GL_RGBA, GL_UNSIGNED_BYTE, rgba);
+    GLint wrap = repeats ? GL_REPEAT : GL_CLAMP_TO_EDGE;
+    gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER,
+                     repeats ? GL_LINEAR_MIPMAP_LINEAR : GL_NEAREST);
+    gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, repeats ? GL_LINEAR : GL_NEAREST);
+    gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, wrap);
+    gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, wrap);
+    if (repeats) {
+        gl.GenerateMipmap(GL_TEXTURE_2D);
+    }
+    return texture;
+}
+
 GLuint gl_target_create(GLuint color, GLuint depth, bool depth_has_stencil) {
     GLuint target = 0;
     gl.GenFramebuffers(1, &target);

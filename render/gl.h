@@ -53,6 +53,7 @@
     X(FINISH, Finish)                                                                              \
     X(FRAMEBUFFERTEXTURE2D, FramebufferTexture2D)                                                  \
     X(GENBUFFERS, GenBuffers)                                                                      \
+    X(GENERATEMIPMAP, GenerateMipmap)                                                              \
     X(GENFRAMEBUFFERS, GenFramebuffers)                                                            \
     X(GENTEXTURES, GenTextures)                                                                    \
     X(GENVERTEXARRAYS, GenVertexArrays)                                                            \
@@ -76,6 +77,7 @@
     X(STENCILOP, StencilOp)                                                                        \
     X(TEXPARAMETERI, TexParameteri)                                                                \
     X(TEXSTORAGE2D, TexStorage2D)                                                                  \
+    X(TEXSUBIMAGE2D, TexSubImage2D)                                                                \
     X(UNIFORM1I, Uniform1i)                                                                        \
     X(UNIFORM2F, Uniform2f)                                                                        \
     X(UNIFORM4F, Uniform4f)                                                                        \
@@ -109,6 +111,8 @@ GLuint gl_texture_create(GLenum format, int width, int height, GLenum filter);
 
 /* A framebuffer with one colour texture (or 0) and one depth texture (or 0). An incomplete one
  * is our bug. */
+/* A picture of sRGB colours and alpha (rows go up), with smaller copies of itself if it repeats. */
+GLuint gl_texture_from(const uint8_t *rgba, int width, int height, bool repeats);
 GLuint gl_target_create(GLuint color, GLuint depth, bool depth_has_stencil);
 
 /* A program of #version, `defines` (lines, "" = none), the shared text and the two stages.

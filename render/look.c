@@ -86,7 +86,9 @@ ClothBlock look_cloth_block(const Look *look, const LookPanel *panel) {
     ClothBlock block = {
         .thread = {look->specular, look->shininess, look->transmission, look->bump},
         .panel = {(float)width, (float)height, (float)look->weave, look->reach},
-        .yarn = {look->streaks, look->back},
+        .yarn = {look->streaks, look->back,
+                 panel->print[0] > 0.0 ? (float)(1.0 / panel->print[0]) : 0.0f,
+                 panel->print[1] > 0.0 ? (float)(1.0 / panel->print[1]) : 0.0f},
         .border = {panel->rectangle ? look->hem : 0.0f, panel->rectangle ? look->selvedge : 0.0f,
                    look->cover},
     };

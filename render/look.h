@@ -97,8 +97,9 @@ typedef struct PropBlock {
 typedef struct LookPanel {
     double width, height; /* [m] */
     double thickness;     /* [m] of its fabric; 0: unknown */
-    bool around;    /* u is closed: the thread count becomes whole, the u edges have no stripes */
-    bool rectangle; /* no: no stripes along borders, no hem */
+    bool around;     /* u is closed: the thread count becomes whole, the u edges have no stripes */
+    bool rectangle;  /* no: no stripes along borders, no hem */
+    double print[2]; /* [m] of a repeat of a printed picture; 0: none */
 } LookPanel;
 
 ClothBlock look_cloth_block(const Look *look, const LookPanel *panel);

@@ -9,7 +9,7 @@ typedef struct Corner {
     double x, y;   /* [px] */
     double nearer; /* linear in the picture: 1 / depth, or - depth in parallel */
     double weight; /* of the corner's share: 1 / depth, or 1 */
-    Vec3 before;          /* [m] */
+    Vec3 before;   /* [m] */
 } Corner;
 
 static void set_motion(const MotionDef *def, ExrPicture *picture, int x, int y, Vec3 before) {

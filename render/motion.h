@@ -13,11 +13,12 @@
 
 typedef struct MotionDef {
     const Camera *camera, *camera_before;
-    const Surface *surface;        /* parts and triangles */
-    const float *places, *before;  /* [m] (vertex_count x 3) now and in the frame before */
+    const Surface *surface;         /* parts and triangles */
+    const float *places, *before;   /* [m] (vertex_count x 3) now and in the frame before */
     const Pose *pose, *pose_before; /* (pose_count) of the obstacles */
     int pose_count;
-    double sample[2]; /* [px] of what the picture's ids and depths show, from a pixel's upper left */
+    double
+        sample[2]; /* [px] of what the picture's ids and depths show, from a pixel's upper left */
 } MotionDef;
 
 /* Fills picture->motion by its ids and depths. */

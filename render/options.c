@@ -234,6 +234,14 @@ static bool read_point(const char *text, Options *options, Error *error) {
     return true;
 }
 
+static bool read_print(const char *text, Options *options, Error *error) {
+    if (options->print_count == OPTIONS_MOST_PRINTS) {
+        return error_set(error, EXIT_USAGE, "--print: at most %d of them", OPTIONS_MOST_PRINTS);
+    }
+    options->prints[options->print_count++] = text;
+    return true;
+}
+
 static bool read_range(const char *text, Options *options, Error *error) {
     double range[2];
     bool good = read_numbers(text, range, 2) && range[0] < range[1];
@@ -290,6 +298,11 @@ static const OptionRow rows[] = {
     {"camera", "NAME", DRAWING, "one of film: cameras", TEXT, 0, FIELD(camera), NULL},
     {"surface", "KIND", DRAWING, "mesh or splats; default: the film's", TEXT, 0, FIELD(surface),
      NULL},
+    {"backdrop", "FILE", DRAWING, "a picture or #rrggbb behind the scene, with its shadows", TEXT,
+     0, FIELD(backdrop), NULL},
+    {"print", "[CLOTH=]FILE[@W]", DRAWING,
+     "a picture printed on cloth, repeated every W metres; the panel's width", READER, 0, 0,
+     read_print},
     {"triangles", "N", DRAWING,
      "of the smooth cloth, about (surfels: half); default: as the picture needs", WHOLE, 2000,
      FIELD(triangles), NULL},

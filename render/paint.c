@@ -29,6 +29,28 @@ const Quality *quality_find(const char *name) {
     return NULL;
 }
 
+/* Pictures from outside: rows go up in textures. */
+static GLuint texture_of(const Image *image, bool repeats) {
+    size_t row = IMAGE_CHANNELS * (size_t)image->width;
+    uint8_t *rows = malloc(row * (size_t)image->height);
+    ASSERT(rows);
+    for (int y = 0; y < image->height; y++) {
+        memcpy(rows + row * (size_t)(image->height - 1 - y), image->rgba + row * (size_t)y, row);
+    }
+    GLuint texture = gl_texture_from(rows, image->width, image->height, repeats);
+    free(rows);
+    return texture;
+}
+
+static void create_pictures(Painter *painter) {
+    const PaintDef *def = &painter->def;
+    for (int i = 0; def->prints && i < def->cloth_count; i++) {
+        bool takes = def->prints[i].image && def->looks[i]->quantity == QUANTITY_NONE;
+        painter->prints[i] = takes ? texture_of(def->prints[i].image, true) : 0;
+    }
+    painter->plate = def->plate ? texture_of(def->plate, false) : 0;
+}
+
 Painter *paint_create(const PaintDef *def, Error *error) {
     if (def->cloth_count + def->prop_count > PAINT_MOST_THINGS) {
         error_set(error, EXIT_BAD_INPUT, "%d cloths and obstacles; at most %d can be drawn",
@@ -42,6 +64,8 @@ Painter *paint_create(const PaintDef *def, Error *error) {
     painter->props = arena_push(&painter->arena, PaintProp, def->prop_count);
     painter->thickness = arena_push(&painter->arena, double, def->cloth_count);
     painter->shading = arena_push(&painter->arena, GLuint, def->cloth_count);
+    painter->prints = arena_push(&painter->arena, GLuint, def->cloth_count);
+    create_pictures(painter);
     for (int i = 0; i < def->cloth_count; i++) {
         painter->looks[i] = def->looks[i];
         painter->veiled = painter->veiled || def->looks[i]->cover > 0.0f;
@@ -82,6 +106,8 @@ void paint_destroy(Painter *painter) {
     veil_destroy(painter);
     splats_destroy(painter);
     gl.DeleteBuffers(1, &painter->stage_block);
+    gl.DeleteTextures(painter->def.cloth_count, painter->prints);
+    gl.DeleteTextures(1, &painter->plate);
     arena_free(&painter->arena);
     free(painter);
 }

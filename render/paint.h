@@ -36,6 +36,12 @@ typedef struct PaintProp {
     bool hidden; /* the floor stands for it */
 } PaintProp;
 
+/* A picture printed on a cloth, once or again and again. */
+typedef struct Print {
+    const Image *image; /* the first row is at the top of v; NULL: none */
+    double width;       /* [m] of a repeat, whose height follows; 0: the panel's width */
+} Print;
+
 typedef struct PaintDef {
     int width, height; /* [px] even */
     const Quality *quality;
@@ -45,7 +51,10 @@ typedef struct PaintDef {
         linear; /* pictures are light, for paint_read_exr; the image of paint_frame is left alone */
     bool clear; /* no backdrop; alpha is what is covered */
     bool splats; /* cloth as surfels, not triangles; sheer cloth is always triangles */
+    const Image
+        *plate; /* picture of the film's size behind everything, with the floor's shadows; NULL */
     int cloth_count;
+    const Print *prints;         /* (cloth_count) pictures on the faces of cloths; NULL */
     const Look *const *looks;    /* (cloth_count) */
     const double *thickness;     /* [m] (cloth_count) of the fabrics; NULL: looks as they are */
     const QuantityRange *ranges; /* (QUANTITY_COUNT) of measuring looks; NULL without them */

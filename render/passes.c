@@ -14,15 +14,17 @@
 /* The program that shades each cloth: cloths whose looks need the same one share it. */
 static bool create_shading(Painter *painter, const char *taps, Error *error) {
     for (int i = 0; i < painter->def.cloth_count; i++) {
-        char defines[DEFINES_SIZE + LOOK_DEFINES_SIZE], wanted[LOOK_DEFINES_SIZE];
+        char defines[DEFINES_SIZE + LOOK_DEFINES_SIZE + 32], wanted[LOOK_DEFINES_SIZE];
         const Look *look = painter->looks[i];
+        const char *printed = painter->prints[i] ? "#define PRINTED\n" : "";
         look_cloth_defines(look, wanted);
         for (int j = 0; j < i && !painter->shading[i]; j++) {
             char other[LOOK_DEFINES_SIZE];
             look_cloth_defines(painter->looks[j], other);
-            painter->shading[i] = strcmp(wanted, other) == 0 ? painter->shading[j] : 0;
+            bool alike = strcmp(wanted, other) == 0 && !painter->prints[i] == !painter->prints[j];
+            painter->shading[i] = alike ? painter->shading[j] : 0;
         }
-        snprintf(defines, sizeof defines, "%s%s", taps, wanted);
+        snprintf(defines, sizeof defines, "%s%s%s", taps, wanted, printed);
         bool measured = look->quantity != QUANTITY_NONE;
         if (!painter->shading[i]) {
             painter->shading[i] = gl_program_create(
@@ -41,7 +43,8 @@ bool passes_create_programs(Painter *painter, Error *error) {
     const char *linear = painter->def.linear ? "#define LINEAR\n" : "";
     char veiled[64];
     snprintf(veiled, sizeof veiled, "%s%s", painter->veiled ? "#define VEILED\n" : "", linear);
-    snprintf(common, sizeof common, "%s%s", painter->def.clear ? "#define CLEAR\n" : "", linear);
+    snprintf(common, sizeof common, "%s%s%s", painter->def.clear ? "#define CLEAR\n" : "", linear,
+             painter->plate ? "#define PLATE\n" : "");
     snprintf(taps, sizeof taps, "%s#define BLOCKER_TAPS %d\n#define FILTER_TAPS %d\n", veiled,
              quality->blocker_taps, quality->filter_taps);
     snprintf(floor_taps, sizeof floor_taps,
@@ -354,14 +357,21 @@ static void end_shading(void) {
     passes_scissor_off();
 }
 
+void passes_use_cloth(const Painter *painter, int cloth) {
+    gl.UseProgram(painter->shading[cloth]);
+    gl.BindBufferBase(GL_UNIFORM_BUFFER, BLOCK_CLOTH, painter->cloth.blocks[cloth]);
+    if (painter->prints[cloth]) {
+        gl_texture_bind(UNIT_PRINT, painter->prints[cloth]);
+    }
+}
+
 void pass_cloth(Painter *painter, const FrameView *view) {
     const float nothing[4] = {0, 0, 0, 0};
     begin_shading(painter);
     gl.ClearBufferfv(GL_COLOR, 0, nothing);
     for (int i = 0; i < view->surface->part_count; i++) {
         if (!passes_is_sheer(painter, i)) {
-            gl.UseProgram(painter->shading[i]);
-            gl.BindBufferBase(GL_UNIFORM_BUFFER, BLOCK_CLOTH, painter->cloth.blocks[i]);
+            passes_use_cloth(painter, i);
             passes_shade(painter, passes_stencil_of_cloth(i), &view->cloth_box);
         }
     }
@@ -390,6 +400,10 @@ void pass_composite(Painter *painter) {
     gl_target_bind(t->picture_target, t->full.width, t->full.height);
     gl_texture_bind(UNIT_INPUT, t->backdrop);
     gl_texture_bind(UNIT_LAYER, t->layer_color);
+    if (painter->plate) {
+        gl_texture_bind(UNIT_PLATE, painter->plate);
+        gl_texture_bind(UNIT_STILL, t->still);
+    }
     gl.UseProgram(painter->programs.composite);
     gl_draw_fullscreen();
 }

@@ -8,7 +8,17 @@
 #include "render/stage.h"
 
 /* Texture units; the shaders' layout(binding) says the same. */
-enum { UNIT_INPUT, UNIT_LAYER, UNIT_BEFORE, UNIT_SHADOW, UNIT_OCCLUSION, UNIT_VEIL };
+enum {
+    UNIT_INPUT,
+    UNIT_LAYER,
+    UNIT_BEFORE,
+    UNIT_SHADOW,
+    UNIT_OCCLUSION,
+    UNIT_VEIL,
+    UNIT_PRINT,
+    UNIT_PLATE,
+    UNIT_STILL
+};
 
 /* Uniform blocks. */
 enum { BLOCK_STAGE, BLOCK_CLOTH, BLOCK_PROP };
@@ -93,6 +103,8 @@ struct Painter {
     const Look **looks; /* (cloth_count) */
     double *thickness;  /* [m] (cloth_count); 0: unknown */
     GLuint *shading;    /* (cloth_count) programs; cloths of like looks share one */
+    GLuint *prints;     /* (cloth_count) textures; 0: not printed */
+    GLuint plate;       /* texture; 0: none */
     QuantityRange ranges[QUANTITY_COUNT];
     PaintProp *props; /* (prop_count) */
     Stage stage;
@@ -128,6 +140,8 @@ void pass_gbuffer(Painter *painter, const FrameView *view);
 void pass_cloth(Painter *painter, const FrameView *view);
 void pass_props(Painter *painter, const FrameView *view);
 void pass_composite(Painter *painter);
+/* The program and the constants that shade a cloth. */
+void passes_use_cloth(const Painter *painter, int cloth);
 /* Stencil value of a cloth; 0 is nothing, the obstacles come after the cloths. Splats whose back is
  * seen add STENCIL_BACK, which only they look at. */
 #define STENCIL_THING 0x7f

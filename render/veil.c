@@ -110,8 +110,7 @@ static void shade(Painter *painter, const FrameView *view, int words) {
     gl_texture_bind(UNIT_INPUT, painter->veil.words[words]);
     for (int i = 0; i < view->surface->part_count; i++) {
         if (passes_is_sheer(painter, i)) {
-            gl.UseProgram(painter->shading[i]);
-            gl.BindBufferBase(GL_UNIFORM_BUFFER, BLOCK_CLOTH, painter->cloth.blocks[i]);
+            passes_use_cloth(painter, i);
             passes_shade(painter, passes_stencil_of_cloth(i), &view->cloth_box);
         }
     }

@@ -326,7 +326,7 @@ static void test_looks_have_names(void **state) {
     (void)state;
     for (int i = 0; i < look_count; i++) {
         assert_ptr_equal(look_find(looks[i].name, NULL), &looks[i]);
-        LookPanel panel = {0.5, 0.3, 0.0, true, true};
+        LookPanel panel = {.width = 0.5, .height = 0.3, .around = true, .rectangle = true};
         ClothBlock block = look_cloth_block(&looks[i], &panel);
         double threads = (double)block.weft[3] * 0.5;
         assert_true(fabs(threads / 20 - round(threads / 20)) < 1e-4);

@@ -13,7 +13,7 @@ layout(std140, binding = 1) uniform ClothMaterial {
     vec4 sheen;   // rgb: colour; w: alpha, roughness
     vec4 thread;  // x: specular; y: shininess; z: transmission; w: bump
     vec4 panel;   // xy: size [m]; z: weave; w: reach [threads]
-    vec4 yarn;    // x: strength of streaks; y: back side brightness
+    vec4 yarn;    // x: strength of streaks; y: back side brightness; zw: repeats of a print a metre
     vec4 back_warp, back_weft; // rgb: albedos on the back of a double cloth
     vec4 second;  // rgb: albedo of bands; w: repeat of the warp's bands [m], 0: none
     vec4 third;   // rgb: albedo of bands; w: repeat of the weft's bands [m]
@@ -48,6 +48,18 @@ float fresnel_power(float x) {
     float x2 = x * x;
     return x2 * x2 * x;
 }
+
+#ifdef PRINTED
+layout(binding = 6) uniform sampler2D print_picture; // rows go up
+const float STRIKE_THROUGH = 0.25;                   // of the ink that is seen on the back
+
+// What ink leaves of the light: on white cloth the picture, seen through a footprint [m].
+vec3 printed(vec2 metres, float footprint, bool back) {
+    vec2 texels = vec2(textureSize(print_picture, 0)) * yarn.zw;
+    vec4 ink = textureLod(print_picture, metres * yarn.zw, log2(max(footprint * max(texels.x, texels.y), 1e-6)));
+    return mix(vec3(1.0), ink.rgb, ink.a * (back ? STRIKE_THROUGH : 1.0));
+}
+#endif
 
 struct Threads {
     vec3 albedo;
@@ -148,6 +160,9 @@ Threads threads_at(Sample g, vec3 bitangent) {
     t.layers = 1.0;
     t.albedo = mix(drawn, mean * mean_crown, w.lod) * (1.0 + yarn.x * weave_streaks(metres, g.footprint));
     t.albedo *= g.back ? yarn.y : 1.0;
+#ifdef PRINTED
+    t.albedo *= printed(metres, g.footprint, g.back);
+#endif
     vec2 tilt = w.tilt * thread.w * (1.0 - w.lod);
 #ifdef BORDERED
     vec2 from = stripe.w > 0.0 ? edge : vec2(1e3, edge.y);
