@@ -34,8 +34,7 @@ static void fit_into(const Image *from, Image *image) {
     int left = (width - image->width) / 2, top = (height - image->height) / 2;
     for (int y = 0; y < image->height; y++) {
         memcpy(image->rgba + IMAGE_CHANNELS * (size_t)y * (size_t)image->width,
-               large.rgba + IMAGE_CHANNELS *
-                                ((size_t)(y + top) * (size_t)width + (size_t)left),
+               large.rgba + IMAGE_CHANNELS * ((size_t)(y + top) * (size_t)width + (size_t)left),
                IMAGE_CHANNELS * (size_t)image->width);
     }
     image_free(&large);
@@ -140,8 +139,7 @@ bool draw_read_prints(Drawer *drawer, Error *error) {
 }
 
 static uint64_t hash_image(const Image *image) {
-    return hash_bytes(image->rgba,
-                      IMAGE_CHANNELS * (size_t)image->width * (size_t)image->height);
+    return hash_bytes(image->rgba, IMAGE_CHANNELS * (size_t)image->width * (size_t)image->height);
 }
 
 uint64_t draw_hash_pictures(const Drawer *drawer) {

@@ -190,8 +190,8 @@ static void test_refusals(void **state) {
 
 static int set_up(void **state) {
     (void)state;
-    return mkdtemp(folder) && render_states_write("patch", path_of("patch.states"), 0, 1, 9, NULL,
-                                                  true, NULL)
+    return mkdtemp(folder) &&
+                   render_states_write("patch", path_of("patch.states"), 0, 1, 9, NULL, true, NULL)
                ? 0
                : 1;
 }

@@ -169,12 +169,14 @@ static double rig_play(Rig *r, Programme *programme, double seconds, double *lea
 
 /* material place from the middle, and noise that grows */
 static Vec3 material(const Rig *r, int node) {
-    return vec3_sub(vec3_load(r->def.start + 3 * node), vec3_load(r->def.start + 3 * (NODES * NODES / 2)));
+    return vec3_sub(vec3_load(r->def.start + 3 * node),
+                    vec3_load(r->def.start + 3 * (NODES * NODES / 2)));
 }
 
 static Vec3 shaken(Vec3 p, int node, double size) {
     uint64_t k = 3 * (uint64_t)node;
-    Vec3 noise = {hash_random(4, k) - 0.5, hash_random(4, k + 1) - 0.5, hash_random(4, k + 2) - 0.5};
+    Vec3 noise = {hash_random(4, k) - 0.5, hash_random(4, k + 1) - 0.5,
+                  hash_random(4, k + 2) - 0.5};
     return vec3_axpy(p, size, noise);
 }
 
@@ -273,8 +275,9 @@ static void test_throw(void **unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_roll),  cmocka_unit_test(test_fold), cmocka_unit_test(test_crumple),
-        cmocka_unit_test(test_squeeze), cmocka_unit_test(test_throw),
+        cmocka_unit_test(test_roll),    cmocka_unit_test(test_fold),
+        cmocka_unit_test(test_crumple), cmocka_unit_test(test_squeeze),
+        cmocka_unit_test(test_throw),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

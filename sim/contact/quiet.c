@@ -19,7 +19,7 @@ Quiet quiet_create(const Surface *surface, Arena *arena) {
         }
         while (across * along > 0) {
             QuietLevel *level = &panel->level[panel->level_count++];
-            *level = (QuietLevel){across, along, arena_push(arena, QuietBlock, across *along)};
+            *level = (QuietLevel){across, along, arena_push(arena, QuietBlock, across * along)};
             if (across * along == 1) {
                 break;
             }
@@ -100,7 +100,8 @@ static bool take(Proof *p, double *least, double room, double motion, bool fines
 /* rest of a row of blocks from one to another, in lines of the lattice */
 static int lines_between(int a, int b, int level, int nodes, bool wrap) {
     int low = a < b ? a : b, high = a < b ? b : a;
-    int lines = SURFACE_BLOCK * ((high + 1 - low) << level), most = wrap ? (nodes + 1) / 2 : nodes - 1;
+    int lines = SURFACE_BLOCK * ((high + 1 - low) << level),
+        most = wrap ? (nodes + 1) / 2 : nodes - 1;
     return lines < most ? lines : most;
 }
 

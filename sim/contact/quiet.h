@@ -39,7 +39,7 @@ typedef struct Quiet {
     double near_room, near_path; /* [m] of neighbours against each other */
     double far_room, far_path;   /* [m] of two bodies towards each other */
     double spread_room;          /* [m] a larger spread is worth a new proof */
-    double retry;                 /* step of the interval from which on to try again */
+    double retry;                /* step of the interval from which on to try again */
 } Quiet;
 
 Quiet quiet_create(const Surface *surface, Arena *arena);
