@@ -39,6 +39,7 @@ typedef struct Options {
     int count;                        /* --count, pictures on a contact sheet; 12 */
     bool force, json, quiet;          /* --force --json --quiet */
     bool crossings;                   /* --crossings, of measure */
+    bool gaps;                        /* --gaps, of measure */
     ExportDef export;                 /* --as, --keys, --up, --unit, --pc2-frames, --vtp-ascii */
     DrapeDef drape;                   /* --cloth, --disc, --centre */
     CompareDef compare;               /* --photo-*, --mask, --threshold, --face-only */
@@ -68,6 +69,7 @@ ExitCode command_run(int argc, char **argv, Error *error);
 ExitCode command_render(const Options *options, Error *error);
 ExitCode command_sheet(const Options *options, Error *error);
 ExitCode command_measure(const Options *options, Error *error);
+ExitCode command_gaps(const Options *options, Error *error);
 ExitCode command_drape(const Options *options, Error *error);
 ExitCode command_export(const Options *options, Error *error);
 ExitCode command_diff(const Options *options, Error *error);

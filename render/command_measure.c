@@ -74,6 +74,9 @@ static bool measure_range(const Options *options, Run *run, int first, int last,
 }
 
 ExitCode command_measure(const Options *options, Error *error) {
+    if (options->gaps) {
+        return command_gaps(options, error);
+    }
     if (!options->crossings) {
         return command_drape(options, error);
     }

@@ -330,6 +330,8 @@ static const OptionRow rows[] = {
     {"crossings", NULL, "measure",
      "pairs of triangles that cross, exactly, and triangles inside an obstacle", FLAG, 0,
      FIELD(crossings), NULL},
+    {"gaps", NULL, "measure", "distances of near cloth by triangles and by the smooth surface",
+     FLAG, 0, FIELD(gaps), NULL},
     {"cloth", "NAME", "measure compare", "which one; the first", TEXT, 0, FIELD(drape.cloth), NULL},
     {"disc", "RADIUS", "measure compare", "of the support, 9 cm; default: the obstacle's", READER,
      0, 0, read_disc},

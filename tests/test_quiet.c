@@ -175,8 +175,7 @@ static Vec3 material(const Rig *r, int node) {
 
 static Vec3 shaken(Vec3 p, int node, double size) {
     uint64_t k = 3 * (uint64_t)node;
-    Vec3 noise = {hash_random(4, k) - 0.5, hash_random(4, k + 1) - 0.5,
-                  hash_random(4, k + 2) - 0.5};
+    Vec3 noise = {hash_random(4, k), hash_random(4, k + 1), hash_random(4, k + 2)};
     return vec3_axpy(p, size, noise);
 }
 
