@@ -6,6 +6,7 @@
 #include "sim/base/clock.h"
 #include "sim/base/hash.h"
 #include "sim/contact/engine.h"
+#include "sim/contact/force.h"
 
 #define TWIN_SPACE 4   /* places of the hash table per contact */
 #define MOST_ROUNDS 12 /* of shortening after searches; more speed needs more than one by rule */
@@ -137,23 +138,9 @@ void contact_gather(Contact *c) {
 
 static void gather_velocities(Contact *c) { copy_lanes(c, c->view.lanes->v, c->v); }
 
-void contact_push(Contact *c, int place, Vec3 force, double stiffness) {
-    const Lanes *lanes = c->view.lanes;
-    int slot = c->view.slot[place];
-    lanes->f[0][slot] += force.x, lanes->f[1][slot] += force.y, lanes->f[2][slot] += force.z;
-    c->stiff[place] += stiffness;
-    if (!c->is_touched[place]) {
-        c->is_touched[place] = 1;
-        c->touched[c->touched_count++] = place;
-    }
-}
-
-void contact_note_loss(Contact *c, const Loss *loss) {
-    if (c->loss_count == c->loss_room) {
-        c->loss_room = 2 * c->loss_room + 256;
-        c->losses = arena_grow(c->arena, Loss, c->losses, c->loss_count, c->loss_room);
-    }
-    c->losses[c->loss_count++] = *loss;
+void contact_make_loss_room(Contact *c) {
+    c->loss_room = 2 * c->loss_room + 256;
+    c->losses = arena_grow(c->arena, Loss, c->losses, c->loss_count, c->loss_room);
 }
 
 static Vec3 kicked_velocity(const Contact *c, int place) {
@@ -173,27 +160,11 @@ static void count_losses(Contact *c) {
         for (int a = 0; a < loss->count; a++) {
             v = vec3_axpy(v, loss->weight[a], kicked_velocity(c, loss->place[a]));
         }
-        Vec3 mean = vec3_scale(0.5, vec3_add(vec3_sub(v, loss->base), loss->before));
+        Vec3 mean = vec3_scale(0.5, vec3_add(v, loss->before));
         c->statistics.damping -= c->loss_time * vec3_dot(mean, loss->damping);
         c->statistics.friction -= c->loss_time * vec3_dot(mean, loss->friction);
     }
     c->loss_count = 0;
-}
-
-Vec3 contact_friction(Vec3 *bristle, Vec3 normal, Vec3 sliding, double share_dt, double limit,
-                      double k, double critical) {
-    double kt = CONTACT_BRISTLE_SHARE * k;
-    double ct = CONTACT_BRISTLE_DAMPING * sqrt(CONTACT_BRISTLE_SHARE) * critical;
-    Vec3 t = vec3_axpy(*bristle, share_dt, sliding);
-    t = vec3_axpy(t, -vec3_dot(t, normal), normal);
-    double pull2 = kt * kt * vec3_dot(t, t), limit2 = limit * limit;
-    if (pull2 > limit2) {
-        t = vec3_scale(limit / sqrt(pull2), t);
-    }
-    *bristle = t;
-    Vec3 force = vec3_axpy(vec3_scale(-kt, t), -ct, sliding);
-    double size2 = vec3_dot(force, force);
-    return size2 > limit2 ? vec3_scale(limit / sqrt(size2), force) : force;
 }
 
 void contact_clear_twins(Contact *c, int most) {
@@ -235,14 +206,6 @@ void contact_mark_changed(Contact *c, int place) {
         c->is_changed[place] = 1;
         c->changed[c->changed_count++] = place;
     }
-}
-
-Vec3 contact_point_velocity(const Contact *c, int count, const int *place, const double *weight) {
-    Vec3 v = {0, 0, 0};
-    for (int k = 0; k < count; k++) {
-        v = vec3_axpy(v, weight[k], contact_velocity(c, place[k]));
-    }
-    return v;
 }
 
 void contact_impulse(Contact *c, int count, const int *place, const double *weight, Vec3 normal,

@@ -62,8 +62,7 @@ typedef struct Loss {
     const int *place;       /* of the pair: lists do not change before contact_clear */
     const double *weight;   /* ... */
     Vec3 damping, friction; /* [N] */
-    Vec3 base;              /* [m/s] velocity of the obstacle */
-    Vec3 before;            /* [m/s] relative velocity before the kick */
+    Vec3 before;            /* [m/s] velocity before the kick, less twice that of the obstacle */
 } Loss;
 
 struct Contact {
@@ -138,18 +137,10 @@ static inline double contact_mobility(const Contact *c, int place) {
     return c->held[place] ? 0.0 : c->weight_kept[place];
 }
 
-/* Adds a force and its stiffness (for the inertia of the kick) to a vertex. */
-void contact_push(Contact *c, int place, Vec3 force, double stiffness);
-/* The bristle follows the sliding velocity for `share_dt`, is cut to `limit` and answers with a
- * force. k [N/m], critical [kg/s]: of the normal direction. */
-Vec3 contact_friction(Vec3 *bristle, Vec3 normal, Vec3 sliding, double share_dt, double limit,
-                      double k, double critical);
-void contact_note_loss(Contact *c, const Loss *loss);
+void contact_make_loss_room(Contact *c); /* for one more loss */
 /* The index that came first with this key since contact_clear_twins, or -1: `index` is the first. */
 int contact_find_twin(Contact *c, const int key[3], int index);
 void contact_clear_twins(Contact *c, int most); /* and makes room for so many */
-/* Velocity of the point with these weights. */
-Vec3 contact_point_velocity(const Contact *c, int count, const int *place, const double *weight);
 /* Inelastic: lifts the normal velocity of that point from `approach` to `wanted` [m/s]; nothing
  * when it is higher. Keeps the gap out of the steep part of the law. */
 void contact_impulse(Contact *c, int count, const int *place, const double *weight, Vec3 normal,

@@ -2,7 +2,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "sim/contact/engine.h"
+#include "sim/contact/force.h"
 
 static double *vertex_bristle(const Contact *c, int place, int obstacle) {
     return c->bristles + 3 * ((size_t)place * (size_t)c->def->obstacle_count + (size_t)obstacle);
@@ -291,8 +291,7 @@ static void push_touch(Contact *c, Touch *touch, double dt, double share) {
                  .weight = touch->weight,
                  .damping = vec3_scale(total - force, touch->normal),
                  .friction = friction,
-                 .base = carried,
-                 .before = v};
+                 .before = vec3_sub(v, carried)};
     contact_note_loss(c, &loss);
     touch->bristle = bristle;
     if (vertex) {

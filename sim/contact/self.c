@@ -3,7 +3,7 @@
 #include <string.h>
 
 #include "sim/base/clock.h"
-#include "sim/contact/engine.h"
+#include "sim/contact/force.h"
 
 static double relative_speed(const Contact *c, const GroupPair *pair) {
     const GroupMotion *a = &c->motion[pair->a], *b = &c->motion[pair->b];

@@ -1,0 +1,58 @@
+/* force.h: what every touching pair and touch does in every step, inline: passing its vectors
+ * cost as much as the work. Not for others than the files of the explicit contact. */
+#ifndef TOILE_CONTACT_FORCE_H
+#define TOILE_CONTACT_FORCE_H
+
+#include <math.h>
+
+#include "sim/contact/engine.h"
+
+/* Velocity of the point with these weights. */
+static inline Vec3 contact_point_velocity(const Contact *c, int count, const int *place,
+                                          const double *weight) {
+    Vec3 v = {0, 0, 0};
+    for (int k = 0; k < count; k++) {
+        v = vec3_axpy(v, weight[k], contact_velocity(c, place[k]));
+    }
+    return v;
+}
+
+/* Adds a force and its stiffness (for the inertia of the kick) to a vertex. */
+static inline void contact_push(Contact *c, int place, Vec3 force, double stiffness) {
+    const Lanes *lanes = c->view.lanes;
+    int slot = c->view.slot[place];
+    lanes->f[0][slot] += force.x, lanes->f[1][slot] += force.y, lanes->f[2][slot] += force.z;
+    c->stiff[place] += stiffness;
+    if (!c->is_touched[place]) {
+        c->is_touched[place] = 1;
+        c->touched[c->touched_count++] = place;
+    }
+}
+
+/* For the book of energies, see contact_clear. */
+static inline void contact_note_loss(Contact *c, const Loss *loss) {
+    if (c->loss_count == c->loss_room) {
+        contact_make_loss_room(c);
+    }
+    c->losses[c->loss_count++] = *loss;
+}
+
+/* The bristle follows the sliding velocity for `share_dt`, is cut to `limit` and answers with a
+ * force. k [N/m], critical [kg/s]: of the normal direction. */
+static inline Vec3 contact_friction(Vec3 *bristle, Vec3 normal, Vec3 sliding, double share_dt,
+                                    double limit, double k, double critical) {
+    double kt = CONTACT_BRISTLE_SHARE * k;
+    double ct = CONTACT_BRISTLE_DAMPING * sqrt(CONTACT_BRISTLE_SHARE) * critical;
+    Vec3 t = vec3_axpy(*bristle, share_dt, sliding);
+    t = vec3_axpy(t, -vec3_dot(t, normal), normal);
+    double pull2 = kt * kt * vec3_dot(t, t), limit2 = limit * limit;
+    if (pull2 > limit2) {
+        t = vec3_scale(limit / sqrt(pull2), t);
+    }
+    *bristle = t;
+    Vec3 force = vec3_axpy(vec3_scale(-kt, t), -ct, sliding);
+    double size2 = vec3_dot(force, force);
+    return size2 > limit2 ? vec3_scale(limit / sqrt(size2), force) : force;
+}
+
+#endif
