@@ -203,7 +203,7 @@ static void test_program(void **unused) {
     (void)unused;
     Camera camera;
     CompareDef def = compare_default();
-    char good[1024] = "--fit camera", few[1024], off[1024], line[1024] = "--fit camera";
+    char good[1024] = "--fit camera", few[1024], off[1200], line[1024] = "--fit camera";
     assert_true(take_photo(&cases[0], &camera));
     mark(&camera, 0.0, &def);
     for (int i = 0; i < POINTS; i++) {
