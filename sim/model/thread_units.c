@@ -40,10 +40,10 @@ static void bend_of(const ThreadUnits *u, const BendUnit *unit, const double *x,
     if (u->sine) {
         return;
     }
-    double sine = 0.5 * s * b->k, half = asin(fmin(sine, sin(SHARPEST_HALF))), cosine = cos(half);
-    b->dK = 1.0 / cosine;
-    b->K = 2.0 * half / s + 2.0 * (sine - sin(half)) / (s * cosine);
-    b->d2K = half < SHARPEST_HALF ? 0.5 * s * sin(half) / (cosine * cosine * cosine) : 0.0;
+    double sine = 0.5 * s * b->k, most = sin(SHARPEST_HALF), kept = sine < most ? sine : most;
+    b->dK = 1.0 / sqrt(1.0 - kept * kept); /* 1 / cos(psi/2) */
+    b->K = 2.0 / s * (asin(kept) + (sine - kept) * b->dK);
+    b->d2K = sine < most ? 0.5 * s * sine * b->dK * b->dK * b->dK : 0.0;
 }
 
 /* (I - t t') m / length */
@@ -135,20 +135,33 @@ static void add_bend_hessian(const ThreadUnits *u, const BendUnit *unit, const B
 /* ---- trellis ---- */
 
 typedef struct Cell {
-    double sine;                /* S */
-    double work, pull, stiffen; /* W, dW/dS, d2W/dS2 at |S|; [N/m] */
-    Vec3 d[2];                  /* [1/m] dS/dF1, dS/dF2 */
+    double sine; /* S */
+    Vec3 d[2];   /* [1/m] dS/dF1, dS/dF2 */
 } Cell;
+
+/* [N/m] W, dW/dS, d2W/dS2 at |S| */
+typedef struct CellWork {
+    double work, pull, stiffen;
+} CellWork;
 
 static const double cell_sign[4][2] = {{-0.5, -0.5}, {0.5, -0.5}, {-0.5, 0.5}, {0.5, 0.5}};
 
 /* W and its derivatives by S = sin(phi); quadratic beyond CLOSED, as 1/cos(phi) has no bound */
-static void find_work(const TrellisCurve *curve, double sine, Cell *cell) {
-    double phi = asin(fmin(sine, sin(CLOSED))), c = cos(phi), over = fmax(sine - sin(CLOSED), 0.0);
-    double slope, tau = trellis_moment(curve, phi, &slope);
-    cell->stiffen = fmax(slope, 0.0) / (c * c) + tau * sin(phi) / (c * c * c);
-    cell->pull = tau / c + cell->stiffen * over;
-    cell->work = trellis_work(curve, phi) + (tau / c + 0.5 * cell->stiffen * over) * over;
+static CellWork find_work(const TrellisCurve *curve, double sine) {
+    double most = sin(CLOSED), over = sine > most ? sine - most : 0.0, s = sine - over;
+    double phi = asin(s), c = sqrt(1.0 - s * s), slope, tau = trellis_moment(curve, phi, &slope);
+    CellWork w = {.stiffen = fmax(slope, 0.0) / (c * c) + tau * s / (c * c * c)};
+    w.pull = tau / c + w.stiffen * over;
+    w.work = trellis_work(curve, phi) + (tau / c + 0.5 * w.stiffen * over) * over;
+    return w;
+}
+
+/* dW/dS alone; in the measured range it is the measured force */
+static double find_pull(const TrellisCurve *curve, double sine) {
+    if (sine <= sin(SHEAR_MEASURED)) {
+        return yarn_value(&curve->force, asin(sine), NULL);
+    }
+    return find_work(curve, sine).pull;
 }
 
 static void cell_of(const ThreadUnits *u, const int *nodes, const double *x, Cell *cell) {
@@ -164,8 +177,7 @@ static void cell_of(const ThreadUnits *u, const int *nodes, const double *x, Cel
         length[axis] = fmax(size, shortest);
         f[axis] = vec3_scale(1.0 / length[axis], f[axis]);
     }
-    double s = cell->sine = vec3_dot(f[0], f[1]);
-    find_work(&u->trellis, fmin(fabs(s), 1.0), cell);
+    double s = cell->sine = fmax(-1.0, fmin(vec3_dot(f[0], f[1]), 1.0));
     for (int axis = 0; axis < 2; axis++) {
         double along = short_one[axis] ? 0.0 : s;
         cell->d[axis] = vec3_scale(1.0 / length[axis], vec3_axpy(f[1 - axis], -along, f[axis]));
@@ -181,7 +193,7 @@ static void add_cell_gradient(const ThreadUnits *u, const int *nodes, const doub
                               double *gradient) {
     Cell cell;
     cell_of(u, nodes, x, &cell);
-    double pull = u->cell_area * copysign(cell.pull, cell.sine);
+    double pull = u->cell_area * copysign(find_pull(&u->trellis, fabs(cell.sine)), cell.sine);
     for (int k = 0; k < 4; k++) {
         add_to(gradient, nodes[k], vec3_scale(pull, cell_row(&cell, k)));
     }
@@ -191,7 +203,7 @@ static void add_cell_hessian(const ThreadUnits *u, const int *nodes, const Block
                              const double *x, double *values) {
     Cell cell;
     cell_of(u, nodes, x, &cell);
-    double stiffness = u->cell_area * cell.stiffen;
+    double stiffness = u->cell_area * find_work(&u->trellis, fabs(cell.sine)).stiffen;
     for (int p = 0, place = 0; p < 4; p++) {
         Vec3 a = cell_row(&cell, p);
         const double left[3] = {a.x, a.y, a.z};
@@ -220,7 +232,7 @@ double thread_units_energy(const ThreadUnits *u, const double *x) {
     for (int i = 0; i < u->cell_count; i++) {
         Cell cell;
         cell_of(u, u->cells[i], x, &cell);
-        energy += u->cell_area * cell.work;
+        energy += u->cell_area * find_work(&u->trellis, fabs(cell.sine)).work;
     }
     return energy;
 }

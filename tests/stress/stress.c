@@ -99,13 +99,19 @@ static bool all_finite(const System *system, const State *s) {
 
 #define SHORT 0.2 /* [s] for steppers that know no contact, and those that take tiny steps */
 
-/* [s] that a stepper is worth: forward Euler may need 10 million steps for a frame */
-static double patience(const StressCase *c, const Stepper *stepper, bool contact) {
+typedef struct Pace {
+    double seconds, rate; /* rate: [1/s] output intervals */
+} Pace;
+
+/* Forward Euler gains energy by the length of an interval, whatever its step: one frame of the others
+ * takes it up to 18 million steps, so it gets short intervals. */
+#define EULER_INTERVALS 20
+static Pace pace_of(const StressCase *c, const Stepper *stepper, bool contact) {
     bool tiny = strcmp(stepper->name, "midpoint") == 0 || strcmp(stepper->name, "rk45") == 0;
     if (strcmp(stepper->name, "forward_euler") == 0) {
-        return 1.0 / c->rate;
+        return (Pace){1.0 / c->rate, EULER_INTERVALS * c->rate};
     }
-    return tiny || !contact ? fmin(c->seconds, SHORT) : c->seconds;
+    return (Pace){tiny || !contact ? fmin(c->seconds, SHORT) : c->seconds, c->rate};
 }
 
 /* the sheet of a case and its stepper; without contact where the stepper refuses it */
@@ -142,19 +148,19 @@ static bool run_case(const StressCase *c, const Stepper *stepper, const char *mo
     void *data;
     Error error = {0};
     Statistics statistics = {.smallest_gap = INFINITY};
-    double seconds = patience(c, stepper, start_case(&b, c, stepper, model, &data));
+    Pace pace = pace_of(c, stepper, start_case(&b, c, stepper, model, &data));
     State s = state_allocate(&b.system, &b.arena);
     unsigned char *held = arena_push(&b.arena, unsigned char, b.system.place_count);
     state_start(&b.system, &s);
     system_mark_held(&b.system, 0, held);
     abuse(c, &b.system, &s);
-    int frames = (int)lround(seconds * c->rate), done = 0;
+    int frames = (int)lround(pace.seconds * pace.rate), done = 0;
     double cpu = 0.0;
     long crossings = 0;
     bool ok = true;
     for (; ok && done < frames; done += ok) {
         double start = cpu_now();
-        ok = stepper->advance(&b.system, data, &s, (done + 1) / c->rate, &statistics, &error);
+        ok = stepper->advance(&b.system, data, &s, (done + 1) / pace.rate, &statistics, &error);
         cpu += cpu_now() - start;
         if (b.scene.solver.self_contact && all_finite(&b.system, &s)) {
             crossings += system_crossings(&b.system, &s);
@@ -163,7 +169,7 @@ static bool run_case(const StressCase *c, const Stepper *stepper, const char *mo
     double kinetic =
         system_kinetic_energy(&b.system, s.v, held) / (b.system.weight * b.system.size);
     bool finite = all_finite(&b.system, &s), rests = kinetic < REST_SHARE;
-    bool long_enough = seconds >= 2.0;
+    bool long_enough = pace.seconds >= 2.0;
     bool good = finite && crossings == 0 && (!ok || rests || !long_enough);
     const char *verdict = !finite       ? "NOT FINITE"
                           : crossings   ? "CROSSES"
