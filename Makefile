@@ -147,7 +147,7 @@ lint:
 
 sanitize:
 	@$(MAKE) --no-print-directory config=sanitize all
-	@ASAN_OPTIONS=detect_leaks=1 LSAN_OPTIONS=suppressions=$(CURDIR)/scripts/lsan.txt \
+	@ASAN_OPTIONS=detect_leaks=1 LSAN_OPTIONS=print_suppressions=0:suppressions=$(CURDIR)/scripts/lsan.txt \
 		$(MAKE) --no-print-directory config=sanitize unit
 
 coverage:
