@@ -97,24 +97,27 @@ static bool all_finite(const System *system, const State *s) {
     return true;
 }
 
-#define SHORT 0.2 /* [s] for steppers that know no contact, and those that take tiny steps */
+#define SHORT 0.2 /* [s] for steppers that know no contact */
 
 typedef struct Pace {
     double seconds, rate; /* rate: [1/s] output intervals */
 } Pace;
 
-/* What forward Euler gains hangs on the length of an interval more than on its step: a frame of the
- * others takes it millions of steps, so it gets intervals of some stable steps of `central`. */
-#define EULER_INTERVALS 20
-#define EULER_STEPS 50
+/* What forward Euler and midpoint gain hangs on the length of an interval more than on their step, and
+ * rk45 follows every mode: a frame may take them millions of steps, so they get intervals of some
+ * stable steps of `central`. */
+#define TINY_INTERVALS 20
+#define TINY_STEPS 50
 static Pace pace_of(const StressCase *c, const Stepper *stepper, const System *system,
                     bool contact) {
-    bool tiny = strcmp(stepper->name, "midpoint") == 0 || strcmp(stepper->name, "rk45") == 0;
-    if (strcmp(stepper->name, "forward_euler") == 0) {
-        double interval = EULER_STEPS * system_stable_step(system);
-        return (Pace){EULER_INTERVALS * interval, 1.0 / interval};
+    static const char *const tiny[] = {"forward_euler", "midpoint", "rk45"};
+    for (size_t i = 0; i < sizeof tiny / sizeof *tiny; i++) {
+        if (strcmp(stepper->name, tiny[i]) == 0) {
+            double interval = TINY_STEPS * system_stable_step(system);
+            return (Pace){TINY_INTERVALS * interval, 1.0 / interval};
+        }
     }
-    return (Pace){tiny || !contact ? fmin(c->seconds, SHORT) : c->seconds, c->rate};
+    return (Pace){contact ? c->seconds : fmin(c->seconds, SHORT), c->rate};
 }
 
 /* the sheet of a case and its stepper; without contact where the stepper refuses it */
