@@ -145,3 +145,38 @@ void field_compute(const FieldMesh *mesh, const double *x, Field *field) {
         }
     }
 }
+
+/* The mean over a triangle of |e* - e|^2, exact for linear e*: by the middles of its sides. */
+static double find_error(const int32_t *corner, const double *means, const double strain[3]) {
+    static const double share[3] = {1.0, 1.0, 0.5};
+    double sum = 0.0;
+    for (int k = 0; k < 3; k++) {
+        const double *a = means + 3 * (size_t)corner[k],
+                     *b = means + 3 * (size_t)corner[(k + 1) % 3];
+        for (int c = 0; c < 3; c++) {
+            double off = 0.5 * (a[c] + b[c]) - strain[c];
+            sum += share[c] * off * off / 3.0;
+        }
+    }
+    return sum;
+}
+
+void field_find_errors(const FieldMesh *mesh, const double *x, Field *field, double *error) {
+    field_compute(mesh, x, field);
+    memset(error, 0, sizeof *error * (size_t)mesh->vertex_count);
+    for (int t = 0; t < mesh->triangle_count; t++) {
+        const int32_t *corner = mesh->triangles + 3 * (size_t)t;
+        Slopes slopes;
+        double strain[3], curvature[3];
+        if (find_slopes(mesh, corner, &slopes)) {
+            find_triangle(corner, &slopes, x, field->normal, strain, curvature);
+            double square = find_error(corner, field->strain, strain);
+            for (int k = 0; k < 3; k++) {
+                error[corner[k]] += slopes.area * square;
+            }
+        }
+    }
+    for (int i = 0; i < mesh->vertex_count; i++) {
+        error[i] = field->weight[i] > 0.0 ? sqrt(error[i] / field->weight[i]) : 0.0;
+    }
+}

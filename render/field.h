@@ -5,6 +5,10 @@
  * its triangles, weighted by their areas on the panel. First order in the size of a triangle.
  *
  *   strain      |x_u| - 1, |x_v| - 1, and the shear angle asin(x_u . x_v / |x_u| |x_v|) [rad]
+ *   error       how wrong the strain may be: a triangle has one strain e, the means at its corners a linear one e*;
+ *               eta^2 is the mean over the triangle of |e* - e|^2, |e|^2 = warp^2 + weft^2 + shear^2 / 2, and a
+ *               vertex has the root of its triangles' mean [Zienkiewicz and Zhu 1987, Int. J. Numer. Meth. Eng. 24].
+ *               Of first order in h: 0 where the strain is the same everywhere
  *   curvature   -n_u . x_u, -n_v . x_v, -(n_u . x_v + n_v . x_u) / 2 [1/m], n the unit normal of the
  *               face side: positive where the cloth curves towards it
  */
@@ -37,7 +41,9 @@ Field field_create(int vertex_count, Arena *arena);
 
 /* x: [m] (vertex_count x 3). Vertices without a triangle get zeros. */
 void field_find_normals(const FieldMesh *mesh, const double *x, Field *field);
-/* All of it. */
+/* error: (vertex_count); fills the rest too. */
+void field_find_errors(const FieldMesh *mesh, const double *x, Field *field, double *error);
+/* All but the error. */
 void field_compute(const FieldMesh *mesh, const double *x, Field *field);
 
 #endif

@@ -327,7 +327,10 @@ const Look looks[] = {
     {.name = "curvature",
      .about = "mean curvature, positive towards the face",
      .quantity = QUANTITY_CURVATURE},
-    {.name = "speed", .about = "speed", .quantity = QUANTITY_SPEED}};
+    {.name = "speed", .about = "speed", .quantity = QUANTITY_SPEED},
+    {.name = "error",
+     .about = "how wrong the strain may be: its jumps between triangles",
+     .quantity = QUANTITY_ERROR}};
 const int look_count = COUNT(looks);
 
 const PropLook prop_looks[] = {

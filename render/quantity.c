@@ -17,6 +17,7 @@ const Quantity quantities[QUANTITY_COUNT] = {
     [QUANTITY_SHEAR] = {"shear angle", "\302\260", 57.295779513082321, &colormap_diverging},
     [QUANTITY_CURVATURE] = {"mean curvature", "1/m", 1.0, &colormap_diverging},
     [QUANTITY_SPEED] = {"speed", "m/s", 1.0, &colormap_sequential},
+    [QUANTITY_ERROR] = {"error of strain", "%", 100.0, &colormap_sequential},
 };
 
 static void find_speeds(const StateLayout *layout, const StateFrame *frame, int cloth,
@@ -34,6 +35,10 @@ static void find_fields(QuantityKind kind, const StateLayout *layout, const Stat
     state_surface(layout, frame->x, s);
     FieldMesh mesh = field_mesh_create(layout, cloth, scratch);
     Field field = field_create(mesh.vertex_count, scratch);
+    if (kind == QUANTITY_ERROR) {
+        field_find_errors(&mesh, s + 3 * (size_t)layout->vertex_begin[cloth], &field, values);
+        return;
+    }
     field_compute(&mesh, s + 3 * (size_t)layout->vertex_begin[cloth], &field);
     for (int i = 0; i < mesh.vertex_count; i++) {
         const double *strain = field.strain + 3 * (size_t)i;

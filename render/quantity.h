@@ -17,6 +17,7 @@ typedef enum QuantityKind {
     QUANTITY_SHEAR,
     QUANTITY_CURVATURE, /* mean of both principal ones, positive towards the face */
     QUANTITY_SPEED,
+    QUANTITY_ERROR, /* of the strain: field.h */
     QUANTITY_COUNT
 } QuantityKind;
 

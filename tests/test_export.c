@@ -180,6 +180,46 @@ static void place_sheared(double u, double v, double p[3]) {
     p[0] = 1.1 * u + 0.2 * v, p[1] = 0.9 * v, p[2] = 0.4 * u;
 }
 
+/* n x n nodes on a square of 1 m, stretched along u by 1 + u / 10: the strain grows from 0 to 10 %. */
+static double mean_error(int n, double growth, Arena *arena) {
+    double *uv = arena_push(arena, double, 2 * (size_t)(n * n));
+    double *x = arena_push(arena, double, 3 * (size_t)(n * n));
+    double *error = arena_push(arena, double, (size_t)(n * n)), sum = 0.0;
+    int32_t *faces = arena_push(arena, int32_t, 6 * (size_t)(n * n));
+    int count = 0, inner = 0;
+    for (int i = 0; i < n * n; i++) {
+        double u = (double)(i % n) / (n - 1), v = (double)(i / n) / (n - 1);
+        uv[2 * i] = u, uv[2 * i + 1] = v;
+        x[3 * i] = 1.02 * u + 0.5 * growth * u * u, x[3 * i + 1] = v;
+        if (i % n + 1 < n && i / n + 1 < n) {
+            const int32_t both[6] = {i, i + 1, i + n + 1, i, i + n + 1, i + n};
+            memcpy(faces + 3 * (size_t)count, both, sizeof both);
+            count += 2;
+        }
+    }
+    FieldMesh mesh = {n * n, count, uv, faces, 0.0};
+    Field field = field_create(n * n, arena);
+    field_find_errors(&mesh, x, &field, error);
+    for (int i = 0; i < n * n; i++) {
+        bool border = i % n < 2 || i / n < 2 || i % n > n - 3 || i / n > n - 3;
+        sum += border ? 0.0 : error[i];
+        inner += !border;
+    }
+    return sum / inner;
+}
+
+/* Of a strain g u the means at vertices are exact, and u scatters in a triangle of width h by h / sqrt(12) about the place whose
+ * strain the triangle has: the error is g h / sqrt(12). Even strain has none. */
+static void test_error(void **unused) {
+    (void)unused;
+    Arena arena = {0};
+    CHECK_AT_MOST(mean_error(11, 0.0, &arena), 1e-12);
+    double coarse = mean_error(11, 0.1, &arena), fine = mean_error(21, 0.1, &arena);
+    CHECK_NEAR(coarse / fine, 2.0, 1e-6);
+    CHECK_NEAR(coarse, 0.1 * 0.1 / sqrt(12.0), 1e-9);
+    arena_free(&arena);
+}
+
 static void test_fields(void **unused) {
     (void)unused;
     Arena arena = {0};
@@ -491,13 +531,10 @@ int main(int argc, char **argv) {
     write_run("changing.states", 5, -1);
     write_run("huge.states", -1, 4);
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_fields),
-        cmocka_unit_test(test_keys),
-        cmocka_unit_test(test_caches),
-        cmocka_unit_test(test_ply),
-        cmocka_unit_test(test_gltf),
-        cmocka_unit_test(test_foreign),
-        cmocka_unit_test(test_foreign_notices),
+        cmocka_unit_test(test_fields),   cmocka_unit_test(test_error),
+        cmocka_unit_test(test_keys),     cmocka_unit_test(test_caches),
+        cmocka_unit_test(test_ply),      cmocka_unit_test(test_gltf),
+        cmocka_unit_test(test_foreign),  cmocka_unit_test(test_foreign_notices),
         cmocka_unit_test(test_refusals),
     };
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
