@@ -48,6 +48,7 @@ static void create_surfels(Painter *painter, const Surface *surface) {
                       surface->surfels, GL_STATIC_DRAW);
     cloth->cut =
         create_buffer(GL_ARRAY_BUFFER, count * (GLsizeiptr)sizeof *list, list, GL_STATIC_DRAW);
+    cloth->bends = create_buffer(GL_ARRAY_BUFFER, 0, NULL, GL_STREAM_DRAW);
     arena_free(&scratch);
 }
 
@@ -109,6 +110,11 @@ void buffers_upload_cloth(Painter *painter, const Surface *surface) {
     GLsizeiptr bytes = surface->vertex_count * (GLsizeiptr)sizeof(SurfaceVertex);
     gl.BindBuffer(GL_ARRAY_BUFFER, painter->cloth.vertices);
     gl.BufferData(GL_ARRAY_BUFFER, bytes, surface->vertices, GL_STREAM_DRAW);
+    if (painter->cloth.bends) {
+        gl.BindBuffer(GL_ARRAY_BUFFER, painter->cloth.bends);
+        gl.BufferData(GL_ARRAY_BUFFER, 6 * surface->vertex_count * (GLsizeiptr)sizeof(float),
+                      surface->bends, GL_STREAM_DRAW);
+    }
     if (painter->cloth.values) {
         gl.BindBuffer(GL_ARRAY_BUFFER, painter->cloth.values);
         gl.BufferData(GL_ARRAY_BUFFER, surface->vertex_count * (GLsizeiptr)sizeof(float),
@@ -122,7 +128,7 @@ void buffers_destroy_cloth(Painter *painter) {
         return;
     }
     GLuint buffers[] = {cloth->vertices, cloth->uv,   cloth->values, cloth->surfels,
-                        cloth->cut,      cloth->fine, cloth->coarse};
+                        cloth->cut,      cloth->fine, cloth->coarse, cloth->bends};
     gl.DeleteBuffers(sizeof buffers / sizeof *buffers, buffers);
     gl.DeleteBuffers(painter->def.cloth_count, cloth->blocks);
     gl.DeleteVertexArrays(1, &cloth->array);

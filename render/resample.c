@@ -92,6 +92,7 @@ Resampler *resample_create(const StateLayout *layout, const ResampleDef *def) {
     resampler->derivatives = def->splats;
     if (def->splats) {
         surface->surfels = arena_push(arena, Surfel, surface->vertex_count);
+        surface->bends = arena_push(arena, float, 6 * surface->vertex_count);
         surfel_fill(layout, surface);
     }
     return resampler;
@@ -127,6 +128,9 @@ const Surface *resample_frame(Resampler *resampler, const StateLayout *layout, c
                                       surface->vertices + surface->parts[i].vertex_begin);
     }
     find_box(surface);
+    if (surface->bends) {
+        surfel_bend(surface, &resampler->arena);
+    }
     return surface;
 }
 

@@ -3,7 +3,7 @@
  * weighted sum of those that lie in the surface seen, then its mean. */
 #include "render/passes.h"
 
-enum { STORAGE_VERTICES, STORAGE_SURFELS, STORAGE_VALUES };
+enum { STORAGE_VERTICES, STORAGE_SURFELS, STORAGE_VALUES, STORAGE_BENDS };
 
 bool splats_create_programs(Painter *painter, Error *error) {
     SplatPrograms *programs = &painter->splats.programs;
@@ -81,6 +81,7 @@ static void bind_storage(const Painter *painter) {
     const SurfaceBuffers *cloth = &painter->cloth;
     gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, STORAGE_VERTICES, cloth->vertices);
     gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, STORAGE_SURFELS, cloth->surfels);
+    gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, STORAGE_BENDS, cloth->bends);
     if (cloth->values) {
         gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, STORAGE_VALUES, cloth->values);
     }

@@ -245,3 +245,57 @@ void surfel_fill(const StateLayout *layout, Surface *surface) {
     }
     arena_free(&scratch);
 }
+
+/* ---- bends ---- */
+
+static void find_normal(const SurfaceVertex *vertex, float n[3]) {
+    const float *u = vertex->normal, *v = vertex->tangent; /* the derivatives along u and v */
+    float x = u[1] * v[2] - u[2] * v[1], y = u[2] * v[0] - u[0] * v[2];
+    float z = u[0] * v[1] - u[1] * v[0], length = sqrtf(x * x + y * y + z * z);
+    float scale = length > 0.0f ? 1.0f / length : 0.0f;
+    n[0] = scale * x, n[1] = scale * y, n[2] = scale * z;
+}
+
+/* Adds the slopes of the normal on a triangle, times twice its area on the panel. */
+static void add_slopes(Surface *surface, const uint32_t *corner, const float *normals,
+                       float *weights) {
+    const float *a = surface->uv + 2 * (size_t)corner[0], *b = surface->uv + 2 * (size_t)corner[1];
+    const float *c = surface->uv + 2 * (size_t)corner[2];
+    float u1 = b[0] - a[0], v1 = b[1] - a[1], u2 = c[0] - a[0], v2 = c[1] - a[1];
+    float area = u1 * v2 - u2 * v1, side = area < 0.0f ? -1.0f : 1.0f, slope[6];
+    const float *n0 = normals + 3 * (size_t)corner[0], *n1 = normals + 3 * (size_t)corner[1];
+    const float *n2 = normals + 3 * (size_t)corner[2];
+    for (int k = 0; k < 3; k++) {
+        float d1 = n1[k] - n0[k], d2 = n2[k] - n0[k];
+        slope[k] = side * (v2 * d1 - v1 * d2);
+        slope[3 + k] = side * (u1 * d2 - u2 * d1);
+    }
+    for (int k = 0; k < 3; k++) {
+        float *bend = surface->bends + 6 * (size_t)corner[k];
+        weights[corner[k]] += side * area;
+        for (int i = 0; i < 6; i++) {
+            bend[i] += slope[i];
+        }
+    }
+}
+
+void surfel_bend(Surface *surface, Arena *scratch) {
+    size_t count = (size_t)surface->vertex_count;
+    ArenaMark mark = arena_mark(scratch);
+    float *normals = arena_push(scratch, float, 3 * count);
+    float *weights = arena_push(scratch, float, count);
+    memset(surface->bends, 0, 6 * sizeof *surface->bends * count);
+    for (size_t i = 0; i < count; i++) {
+        find_normal(&surface->vertices[i], normals + 3 * i);
+    }
+    for (int t = 0; t < surface->fine_count; t++) {
+        add_slopes(surface, surface->fine + 3 * (size_t)t, normals, weights);
+    }
+    for (size_t i = 0; i < count; i++) {
+        float scale = weights[i] > 0.0f ? 1.0f / weights[i] : 0.0f;
+        for (int k = 0; k < 6; k++) {
+            surface->bends[6 * i + (size_t)k] *= scale;
+        }
+    }
+    arena_rewind(scratch, mark);
+}

@@ -20,6 +20,10 @@ struct Surfel {
 #define SURFEL_FLOATS 10
 
 /* Fills surface->surfels from uv and fine triangles of the surface and the border of the layout. */
+/* Fills surface->bends for a new frame: slopes of the normals on the triangles, averaged at the vertices by area. With them
+ * normals are linear in a disc, without them the discs would show as facets. */
+void surfel_bend(Surface *surface, Arena *scratch);
+
 void surfel_fill(const StateLayout *layout, Surface *surface);
 
 #endif

@@ -8,7 +8,7 @@ flat in vec4 line_a;
 flat in vec3 line_b;
 #endif
 #ifndef VISIBLE
-flat in vec4 frame;
+in vec4 frame;
 noperspective in float window_depth;
 #ifdef MEASURED
 flat in float value;

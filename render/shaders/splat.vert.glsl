@@ -7,6 +7,10 @@ layout(std430, binding = 1) readonly buffer Surfels { float surfels[]; };   // S
 layout(std430, binding = 2) readonly buffer Values { float values[]; };
 #endif
 
+#ifndef VISIBLE
+layout(std430, binding = 3) readonly buffer Bends { float bends[]; }; // n_u, n_v
+#endif
+
 const int VERTEX_FLOATS = 9, SURFEL_FLOATS = 10;
 const float NEARER = 0.30; // of the radius, across the surface: more blends layers, less cuts discs
 
@@ -19,7 +23,7 @@ flat out vec4 line_a;    // clip lines; w: 2 = either is enough
 flat out vec3 line_b;
 #endif
 #ifndef VISIBLE
-flat out vec4 frame;     // normal across the view; direction of the tangent around it
+out vec4 frame;          // normal across the view, linear in the disc; direction of the tangent around it
 noperspective out float window_depth; // where it really is
 #ifdef MEASURED
 flat out float value;
@@ -60,7 +64,11 @@ void main() {
     frame_around(seen, first, second);
     vec3 tangent = normalize(du + vec3(1e-30, 0.0, 0.0));
     tangent = vec3(dot(tangent, across), dot(tangent, up), dot(tangent, view));
-    frame = vec4(seen.xy, dot(tangent, first), dot(tangent, second));
+    int bend = number * 6;
+    vec3 nu = vec3(bends[bend], bends[bend + 1], bends[bend + 2]);
+    vec3 nv = vec3(bends[bend + 3], bends[bend + 4], bends[bend + 5]);
+    vec3 turned = radius * (disc.x * nu + disc.y * nv) * (back ? -1.0 : 1.0);
+    frame = vec4(seen.xy + vec2(dot(turned, across), dot(turned, up)), dot(tangent, first), dot(tangent, second));
 #ifdef MEASURED
     value = values[number];
 #endif
