@@ -6,7 +6,7 @@
 
 #include "sim/base/error.h"
 
-#define OVERLAP 1.1 /* radius over what would just leave no hole: smaller ones show their rims */
+#define OVERLAP 1.02        /* radius over what would just leave no hole: larger ones cost more */
 #define SAME_PLACE 0.02     /* of the radius: nearer surfels are one */
 #define SAME_DIRECTION 0.02 /* sine between lines that cut like one */
 
