@@ -89,7 +89,8 @@ static void rig_make(Rig *r, bool sleeve, Vec3 centre) {
     r->from = arena_push(arena, double, 3 * rig_count(r));
     r->memory = (ContactMemory){.poses = arena_push(arena, Pose, 1),
                                 .clocks = arena_push(arena, double, 1),
-                                .bristles = arena_push(arena, double, 3 * rig_count(r))};
+                                .bristles = arena_push(arena, double, 3 * rig_count(r)),
+                                .pairs = arena_push(arena, PairMemory, 1)};
     r->memory.poses[0] = r->ball.start;
     for (int i = 0; i < rig_count(r); i++) {
         r->slot[i] = i;
