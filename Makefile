@@ -145,7 +145,7 @@ format-check:
 lint:
 	@scripts/lint.sh
 
-sanitize:
+sanitize: all
 	@$(MAKE) --no-print-directory config=sanitize all
 	@ASAN_OPTIONS=detect_leaks=1 LSAN_OPTIONS=print_suppressions=0:suppressions=$(CURDIR)/scripts/lsan.txt \
 		$(MAKE) --no-print-directory config=sanitize unit

@@ -116,7 +116,12 @@ static void test_kill_and_resume(void **unused) {
 static void test_interrupt(void **unused) {
     (void)unused;
     pid_t child = start_sim("interrupted", "--force", "1");
-    nap(0.15);
+    char path[4096];
+    snprintf(path, sizeof path, "%s/interrupted/run.states", folder);
+    for (int k = 0; k < 3000 && access(path, F_OK) != 0; k++) {
+        nap(0.01); /* until it has begun */
+    }
+    nap(0.1);
     kill(child, SIGINT);
     int code = wait_for(child), frames;
     assert_true(code == EXIT_INTERRUPTED || code == 0);
