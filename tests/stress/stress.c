@@ -181,9 +181,9 @@ static bool run_case(const StressCase *c, const Stepper *stepper, const char *mo
         }
     }
     double kinetic = system_kinetic_energy(&b.system, s.v, held) / size;
-    double gain = total_energy(&b.system, &s, held) - before;
+    double gain = total_energy(&b.system, &s, held) - before - statistics.work;
     double allowed = pow(1.0 + STEP_ENERGY_TOLERANCE, done) - 1.0; /* by every stepper */
-    bool gains = gain > allowed * fmax(fabs(before), size);
+    bool gains = gain > allowed * fmax(fabs(before) + fabs(statistics.work), size);
     bool finite = all_finite(&b.system, &s), rests = kinetic < REST_SHARE;
     bool long_enough = pace.seconds >= 2.0;
     bool good = finite && crossings == 0 && !gains && (!ok || rests || !long_enough);
