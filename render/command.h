@@ -91,4 +91,18 @@ Drawer *command_open(const Options *options, Run *run, RunEnd *end, Error *error
 bool command_choose_frames(const Options *options, const Run *run, RunEnd end, const char *done,
                            int *first, int *last, Error *error);
 
+/* What is measured frame by frame. */
+typedef struct FrameMeasure {
+    const char *option; /* "--crossings", for messages */
+    void (*begin)(const Options *options);
+    bool (*frame)(const Options *options, const StateHeader *header, const StateLayout *layout,
+                  const StateFrame *frame, bool first, void *totals, Error *error);
+    void (*end)(const Options *options, bool complete, const void *totals);
+} FrameMeasure;
+
+/* Measures the frames that were asked for of one run. `begin` and `end` are called in pairs, when
+ * there are frames; `end` also after an error, with complete = false. */
+bool command_measure_frames(const Options *options, const FrameMeasure *measure, void *totals,
+                            Error *error);
+
 #endif

@@ -25,51 +25,77 @@ static void print_json_frame(const StateHeader *header, const StateFrame *frame,
     printf("}");
 }
 
-static bool measure_frame(const Options *options, Run *run, int index, bool first, Arena *arena,
-                          Totals *totals, Error *error) {
-    const StateHeader *header = state_header(run->reader);
-    StateFrame frame;
-    StateLayout layout;
-    MeasureCrossings found;
-    int layout_index;
-    ArenaMark mark = arena_mark(arena);
-    if (!state_read_frame(run->reader, index, &frame, &layout, &layout_index, error) ||
-        !measure_crossings(header, &layout, &frame, arena, &found, error)) {
-        return false;
-    }
-    if (options->json) {
-        print_json_frame(header, &frame, &found, first);
-    } else {
-        printf("%5d %9.4f %8lld %8lld  %s\n", frame.frame, frame.time, (long long)found.cloth,
-               (long long)found.obstacles, found.place);
-    }
-    totals->frames++;
-    totals->crossings += found.cloth + found.obstacles;
-    totals->bad_frames += found.cloth + found.obstacles > 0;
-    arena_rewind(arena, mark);
-    return true;
-}
-
-static bool measure_range(const Options *options, Run *run, int first, int last, Totals *totals,
-                          Error *error) {
-    Arena arena = {0};
-    bool good = true;
+static void begin_crossings(const Options *options) {
     printf(options->json ? "{\"schema\": \"toile-crossings-1\", \"frames\": ["
                          : "frame  time [s]    cloth obstacle\n");
-    for (int i = first; good && i <= last; i++) {
-        good = measure_frame(options, run, i, i == first, &arena, totals, error) &&
-               (!interrupt_requested() || error_set(error, EXIT_INTERRUPTED, "interrupted"));
+}
+
+static bool count_frame(const Options *options, const StateHeader *header,
+                        const StateLayout *layout, const StateFrame *frame, bool first,
+                        void *context, Error *error) {
+    Totals *totals = context;
+    Arena arena = {0};
+    MeasureCrossings found;
+    bool good = measure_crossings(header, layout, frame, &arena, &found, error);
+    if (good && options->json) {
+        print_json_frame(header, frame, &found, first);
+    } else if (good) {
+        printf("%5d %9.4f %8lld %8lld  %s\n", frame->frame, frame->time, (long long)found.cloth,
+               (long long)found.obstacles, found.place);
     }
+    if (good) {
+        totals->frames++;
+        totals->crossings += found.cloth + found.obstacles;
+        totals->bad_frames += found.cloth + found.obstacles > 0;
+    }
+    arena_free(&arena);
+    return good;
+}
+
+static void end_crossings(const Options *options, bool complete, const void *context) {
+    const Totals *totals = context;
     if (options->json) {
         printf("\n], \"crossings\": %lld, \"frames_checked\": %d, \"frames_crossing\": %d, "
                "\"complete\": %s}\n",
                (long long)totals->crossings, totals->frames, totals->bad_frames,
-               good ? "true" : "false");
-    } else if (good) {
+               complete ? "true" : "false");
+    } else if (complete) {
         printf("%lld crossings in %d of %d frames\n", (long long)totals->crossings,
                totals->bad_frames, totals->frames);
     }
-    arena_free(&arena);
+}
+
+static bool measure_range(const Options *options, Run *run, int first, int last,
+                          const FrameMeasure *measure, void *totals, Error *error) {
+    bool good = true;
+    measure->begin(options);
+    for (int i = first; good && i <= last; i++) {
+        StateFrame frame;
+        StateLayout layout;
+        int index;
+        good = state_read_frame(run->reader, i, &frame, &layout, &index, error) &&
+               measure->frame(options, state_header(run->reader), &layout, &frame, i == first,
+                              totals, error) &&
+               (!interrupt_requested() || error_set(error, EXIT_INTERRUPTED, "interrupted"));
+    }
+    measure->end(options, good, totals);
+    return good;
+}
+
+bool command_measure_frames(const Options *options, const FrameMeasure *measure, void *totals,
+                            Error *error) {
+    if (options->argument_count > 1) {
+        return error_set(error, EXIT_USAGE, "measure %s looks at one run", measure->option);
+    }
+    Run run = {0};
+    int first, last;
+    bool good = run_open(&run, &options->run, error);
+    if (good) {
+        RunEnd end = run_wait_end(&run);
+        good = command_choose_frames(options, &run, end, "measured", &first, &last, error) &&
+               measure_range(options, &run, first, last, measure, totals, error);
+    }
+    run_close(&run);
     return good;
 }
 
@@ -80,21 +106,9 @@ ExitCode command_measure(const Options *options, Error *error) {
     if (!options->crossings) {
         return command_drape(options, error);
     }
-    if (options->argument_count > 1) {
-        error_set(error, EXIT_USAGE, "measure --crossings looks at one run");
-        return EXIT_USAGE;
-    }
-    Run run = {0};
+    const FrameMeasure measure = {"--crossings", begin_crossings, count_frame, end_crossings};
     Totals totals = {0};
-    int first, last;
-    bool good = run_open(&run, &options->run, error);
-    if (good) {
-        RunEnd end = run_wait_end(&run);
-        good = command_choose_frames(options, &run, end, "measured", &first, &last, error) &&
-               measure_range(options, &run, first, last, &totals, error);
-    }
-    run_close(&run);
-    if (!good) {
+    if (!command_measure_frames(options, &measure, &totals, error)) {
         return error->code;
     }
     return totals.crossings > 0 ? EXIT_DIFFERS : EXIT_OK;

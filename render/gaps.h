@@ -26,7 +26,7 @@ typedef struct Gaps {
 
 /* Which side every point was on; one per run, filled by gaps_measure. */
 typedef struct GapSides {
-    int count;  /* points; 0 at first */
+    int count;  /* nodes; 0 at first */
     int *cloth; /* (count) whose surface it was near; -1: none */
     signed char *side;
 } GapSides;

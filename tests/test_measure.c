@@ -193,6 +193,13 @@ static void test_program(void **unused) {
     assert_null(strstr(text, "drape coefficient")); /* nothing that it hangs on */
     assert_int_equal(measure("all.states", "clean.states --crossings", text, sizeof text),
                      EXIT_USAGE);
+    assert_int_equal(measure("all.states", "clean.states --gaps", text, sizeof text), EXIT_USAGE);
+    assert_int_equal(measure("all.states", "--gaps", text, sizeof text), EXIT_OK);
+    assert_non_null(strstr(text, "crossed in 5 frames"));
+    assert_int_equal(measure("all.states", "--gaps --json", text, sizeof text), EXIT_OK);
+    assert_non_null(strstr(text, "\"schema\": \"toile-gaps-1\""));
+    assert_non_null(strstr(text, "\"complete\": true"));
+    assert_int_equal(measure("torn.states", "--gaps", text, sizeof text), EXIT_BAD_INPUT);
     assert_int_equal(measure("all.states", "--crossings --frames 3-9", text, sizeof text),
                      EXIT_USAGE);
     assert_non_null(strstr(text, "frames 0 to 4"));

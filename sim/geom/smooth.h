@@ -17,8 +17,8 @@ typedef struct SmoothSurface {
     int *node;      /* (grid.count) which node a point of the grid is */
 } SmoothSurface;
 
-/* material: [m] (count x 2), borrowed unless there is a period; spacing: [m] mean distance of neighbours;
- * period: [m] along u, 0 where the panel is not closed. */
+/* material: [m] (count x 2); spacing: [m] mean distance of neighbours; period: [m] along u, 0 where
+ * the panel is not closed. */
 SmoothSurface smooth_create(const double *material, int count, double spacing, double period,
                             Arena *arena);
 
