@@ -6,38 +6,33 @@
 
 #include "render/command.h"
 #include "tests/support/check.h"
+#include "tests/support/folder.h"
 #include "tests/support/render_states.h"
 
 #define WIDTH 320
 #define HEIGHT 180
 #define DISTANCE 1.5 /* [m] of the camera from the patch */
 
-static char folder[] = "/tmp/toile-exr-XXXXXX";
-
-static const char *path_of(const char *name) {
-    static char paths[4][128];
-    static int next = 0;
-    char *path = paths[next++ % 4];
-    snprintf(path, sizeof paths[0], "%s/%s", folder, name);
-    return path;
-}
-
-static void render(const char *output, const char *look, bool alpha) {
-    Options options = options_default();
+static void render_frame(const char *states, int frame, Options options) {
     Error error = {0};
-    options.run.path = path_of("patch.states");
-    options.output = path_of(output);
-    options.look = look;
-    options.range = look ? (QuantityRange){0, 1} : (QuantityRange){0, 0};
-    options.clear = alpha;
+    options.run.path = folder_path(states);
     options.width = WIDTH;
     options.height = HEIGHT;
     options.threads = 1;
-    options.first = options.last = 0;
+    options.first = options.last = frame;
     options.frames_given = options.quiet = options.force = true;
     if (command_render(&options, &error) != EXIT_OK) {
         fail_msg("%s", error.text);
     }
+}
+
+static void render(const char *output, const char *look, bool alpha) {
+    Options options = options_default();
+    options.output = folder_path(output);
+    options.look = look;
+    options.range = look ? (QuantityRange){0, 1} : (QuantityRange){0, 0};
+    options.clear = alpha;
+    render_frame("patch.states", 0, options);
 }
 
 /* One channel of an EXR file as 32-bit numbers (HEIGHT x WIDTH), by the library's own decoder. */
@@ -96,7 +91,7 @@ static bool patch_at(int x, int y, double uv[2]) {
 static void test_geometry(void **state) {
     (void)state;
     render("patch.exr", NULL, false);
-    const char *path = path_of("patch.exr");
+    const char *path = folder_path("patch.exr");
     float *z = read_floats(path, "Z"), *u = read_floats(path, "uv.u"),
           *v = read_floats(path, "uv.v");
     float *nx = read_floats(path, "N.X"), *nz = read_floats(path, "N.Z");
@@ -128,19 +123,10 @@ static void test_geometry(void **state) {
 static void check_motion(const char *look, const char *film, bool splats) {
     double half = DISTANCE * tan(0.25), way = RENDER_PATCH_SPEED / 30.0 * HEIGHT / (2.0 * half);
     Options options = options_default();
-    Error error = {0};
-    options.run.path = path_of("moving.states");
-    options.output = path_of(film);
+    options.output = folder_path(film);
     options.look = look;
     options.surface = splats ? "splats" : "mesh";
-    options.width = WIDTH;
-    options.height = HEIGHT;
-    options.threads = 1;
-    options.first = options.last = 1;
-    options.frames_given = options.quiet = options.force = true;
-    if (command_render(&options, &error) != EXIT_OK) {
-        fail_msg("%s", error.text);
-    }
+    render_frame("moving.states", 1, options);
     float *x = read_floats(options.output, "motion.x"),
           *y = read_floats(options.output, "motion.y");
     uint32_t *id = read_channel(options.output, "id", EXR_PIXEL_UINT);
@@ -173,11 +159,11 @@ static void test_light(void **state) {
     Image image;
     render("speed.png", "speed", false);
     render("speed.exr", "speed", false);
-    assert_true(image_read_png(path_of("speed.png"), &image, NULL));
+    assert_true(image_read_png(folder_path("speed.png"), &image, NULL));
     int at = HEIGHT / 2 * WIDTH + WIDTH / 2; /* no vignette in the middle */
     static const char *const names[3] = {"R", "G", "B"};
     for (int k = 0; k < 3; k++) {
-        float *channel = read_floats(path_of("speed.exr"), names[k]);
+        float *channel = read_floats(folder_path("speed.exr"), names[k]);
         double light = (double)channel[at];
         double code = light <= 0.0031308 ? 12.92 * light : 1.055 * pow(light, 1 / 2.4) - 0.055;
         CHECK_NEAR(255 * code, image.rgba[IMAGE_CHANNELS * at + k], 1.5);
@@ -192,9 +178,10 @@ static void test_alpha(void **state) {
     render("alpha.exr", NULL, true);
     render("alpha.png", NULL, true);
     render("plain.exr", NULL, false);
-    float *a = read_floats(path_of("alpha.exr"), "A"), *r = read_floats(path_of("alpha.exr"), "R");
-    float *whole = read_floats(path_of("plain.exr"), "A");
-    assert_true(image_read_png(path_of("alpha.png"), &image, NULL));
+    float *a = read_floats(folder_path("alpha.exr"), "A"),
+          *r = read_floats(folder_path("alpha.exr"), "R");
+    float *whole = read_floats(folder_path("plain.exr"), "A");
+    assert_true(image_read_png(folder_path("alpha.png"), &image, NULL));
     int between = 0;
     for (int i = 0; i < WIDTH * HEIGHT; i++) {
         assert_true(whole[i] == 1.0f);
@@ -211,17 +198,17 @@ static void test_alpha(void **state) {
 /* FFmpeg has a reader of its own. */
 static void test_other_reader(void **state) {
     (void)state;
-    float *r = read_floats(path_of("plain.exr"), "R"),
-          *nz = read_floats(path_of("patch.exr"), "N.Z");
+    float *r = read_floats(folder_path("plain.exr"), "R"),
+          *nz = read_floats(folder_path("patch.exr"), "N.Z");
     static float planes[4 * WIDTH * HEIGHT];
     char command[512];
     for (int layer = 0; layer < 2; layer++) {
         snprintf(command, sizeof command,
                  "ffmpeg -nostdin -v error -y %s -i %s -f rawvideo -pix_fmt %s %s",
-                 layer ? "-layer N" : "", path_of(layer ? "patch.exr" : "plain.exr"),
-                 layer ? "gbrpf32le" : "gbrapf32le", path_of("raw"));
+                 layer ? "-layer N" : "", folder_path(layer ? "patch.exr" : "plain.exr"),
+                 layer ? "gbrpf32le" : "gbrapf32le", folder_path("raw"));
         assert_int_equal(system(command), 0);
-        FILE *file = fopen(path_of("raw"), "rb");
+        FILE *file = fopen(folder_path("raw"), "rb");
         assert_non_null(file);
         assert_true(fread(planes, sizeof(float), 4 * WIDTH * HEIGHT, file) >= 3 * WIDTH * HEIGHT);
         fclose(file);
@@ -236,12 +223,12 @@ static void test_wrong_requests(void **state) {
     (void)state;
     Options options = options_default();
     Error error = {0};
-    options.run.path = path_of("patch.states");
+    options.run.path = folder_path("patch.states");
     options.quiet = true;
-    options.output = path_of("film.mp4");
+    options.output = folder_path("film.mp4");
     options.clear = true;
     assert_int_equal(command_render(&options, &error), EXIT_USAGE);
-    options.output = path_of("%04d.exr");
+    options.output = folder_path("%04d.exr");
     options.jobs = 2;
     error = (Error){0};
     assert_int_equal(command_render(&options, &error), EXIT_USAGE);
@@ -251,17 +238,15 @@ static int set_up(void **state) {
     (void)state;
     Error error = {0};
     bool good =
-        mkdtemp(folder) != NULL &&
-        render_states_write("patch", path_of("patch.states"), 0, 1, 9, NULL, true, &error) &&
-        render_states_write("patch", path_of("moving.states"), 0, 2, 9, NULL, true, &error);
+        folder_make("exr") &&
+        render_states_write("patch", folder_path("patch.states"), 0, 1, 9, NULL, true, &error) &&
+        render_states_write("patch", folder_path("moving.states"), 0, 2, 9, NULL, true, &error);
     return good ? 0 : 1;
 }
 
 static int tear_down(void **state) {
     (void)state;
-    char command[128];
-    snprintf(command, sizeof command, "rm -r %s", folder);
-    return system(command);
+    return folder_remove();
 }
 
 int main(void) {

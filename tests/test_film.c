@@ -9,21 +9,12 @@
 #include "render/video.h"
 #include "sim/base/hash.h"
 #include "tests/support/check.h"
+#include "tests/support/folder.h"
 #include "tests/support/render_states.h"
 
 #define WIDTH 320
 #define HEIGHT 180
 #define FRAMES 6
-
-static char folder[] = "/tmp/toile-cameras-XXXXXX";
-
-static const char *path_of(const char *name) {
-    static char paths[4][128];
-    static int next = 0;
-    char *path = paths[next++ % 4];
-    snprintf(path, sizeof paths[0], "%s/%s", folder, name);
-    return path;
-}
 
 /* ---- the camera ---- */
 
@@ -145,8 +136,8 @@ static void test_states_carry_the_film(void **state) {
     Film film;
     Error error = {0};
     fill_film(&film);
-    assert_true(write_header(path_of("film.states"), &film));
-    StateReader *reader = state_open(path_of("film.states"), &error);
+    assert_true(write_header(folder_path("film.states"), &film));
+    StateReader *reader = state_open(folder_path("film.states"), &error);
     if (!reader) {
         fail_msg("%s", error.text);
     }
@@ -161,7 +152,7 @@ static void test_states_carry_the_film(void **state) {
     assert_int_equal(read->view_count, FILM_MOST_VIEWS);
     assert_memory_equal(read->views, film.views, sizeof film.views);
     state_reader_close(reader);
-    unlink(path_of("film.states"));
+    unlink(folder_path("film.states"));
 }
 
 static void test_impossible_films_are_refused(void **state) {
@@ -178,12 +169,12 @@ static void test_impossible_films_are_refused(void **state) {
     films[5].views[0].move.orbit = NAN;
     for (int i = 0; i < 6; i++) {
         Error error = {0};
-        assert_true(write_header(path_of("bad.states"), &films[i]));
-        assert_null(state_open(path_of("bad.states"), &error));
+        assert_true(write_header(folder_path("bad.states"), &films[i]));
+        assert_null(state_open(folder_path("bad.states"), &error));
         assert_int_equal(error.code, EXIT_BAD_INPUT);
         assert_non_null(strstr(error.text, "impossible"));
     }
-    unlink(path_of("bad.states"));
+    unlink(folder_path("bad.states"));
 }
 
 /* ---- between frames ---- */
@@ -221,8 +212,8 @@ static void test_between_frames(void **state) {
 
 static Options options_of(const char *motion, const char *output) {
     Options options = options_default();
-    options.run.path = path_of(motion);
-    options.output = path_of(output);
+    options.run.path = folder_path(motion);
+    options.output = folder_path(output);
     options.width = WIDTH;
     options.height = HEIGHT;
     options.threads = 1;
@@ -378,9 +369,10 @@ static int set_up(void **state) {
     (void)state;
     Error error = {0};
     bool good =
-        mkdtemp(folder) != NULL &&
-        render_states_write("patch", path_of("patch.states"), 0, FRAMES, 9, NULL, true, &error) &&
-        render_states_write("roll", path_of("roll.states"), 0, 2, 17, NULL, true, &error);
+        folder_make("cameras") &&
+        render_states_write("patch", folder_path("patch.states"), 0, FRAMES, 9, NULL, true,
+                            &error) &&
+        render_states_write("roll", folder_path("roll.states"), 0, 2, 17, NULL, true, &error);
     if (!good) {
         print_message("%s\n", error.text);
     }
@@ -389,9 +381,7 @@ static int set_up(void **state) {
 
 static int tear_down(void **state) {
     (void)state;
-    char command[128];
-    snprintf(command, sizeof command, "rm -r %s", folder);
-    return system(command);
+    return folder_remove();
 }
 
 int main(void) {

@@ -7,27 +7,18 @@
 #include "render/draw.h"
 #include "sim/base/hash.h"
 #include "tests/support/check.h"
+#include "tests/support/folder.h"
 #include "tests/support/render_states.h"
 
 #define WIDTH 640
 #define HEIGHT 360
-
-static char folder[] = "/tmp/toile-pictures-XXXXXX";
-
-static const char *path_of(const char *name) {
-    static char paths[4][128];
-    static int next = 0;
-    char *path = paths[next++ % 4];
-    snprintf(path, sizeof paths[0], "%s/%s", folder, name);
-    return path;
-}
 
 /* Draws frame 0 of the patch; *key: of the frame. NULL error: must succeed. */
 static bool draw(DrawDef def, Image *image, uint64_t *key, Error *error) {
     RunDef run_def = run_default();
     Run run;
     Error own = {0};
-    run_def.path = path_of("patch.states");
+    run_def.path = folder_path("patch.states");
     def.width = WIDTH, def.height = HEIGHT;
     def.quality = quality_find("standard");
     assert_true(run_open(&run, &run_def, &own));
@@ -74,8 +65,8 @@ static void test_picture_backdrop(void **state) {
                             255};
         memcpy(from.rgba + IMAGE_CHANNELS * i, color, 4);
     }
-    assert_true(image_write_png(path_of("back.png"), &from, NULL, 0, NULL));
-    draw((DrawDef){.backdrop = path_of("back.png")}, &image, &key, NULL);
+    assert_true(image_write_png(folder_path("back.png"), &from, NULL, 0, NULL));
+    draw((DrawDef){.backdrop = folder_path("back.png")}, &image, &key, NULL);
     for (int y = 4; y < 40; y += 7) {
         for (int x = 4; x < WIDTH; x += 31) {
             CHECK_NEAR(pixel(&image, x, y)[0], (2 * x + 100) * 255.0 / from.width, 2.0);
@@ -102,7 +93,7 @@ static void write_quarters(const char *path) {
 static void check_quarters(bool splats) {
     Image image, plain;
     uint64_t key, plain_key;
-    const char *prints[1] = {path_of("quarters.png")};
+    const char *prints[1] = {folder_path("quarters.png")};
     DrawDef def = {.look = "cotton", .splats = splats};
     draw(def, &plain, &plain_key, NULL);
     def.prints = prints, def.print_count = 1;
@@ -124,7 +115,7 @@ static void check_quarters(bool splats) {
 
 static void test_print(void **state) {
     (void)state;
-    write_quarters(path_of("quarters.png"));
+    write_quarters(folder_path("quarters.png"));
     check_quarters(false);
     check_quarters(true);
 }
@@ -135,8 +126,8 @@ static void test_repeat(void **state) {
     Image image;
     uint64_t key;
     char text[160];
-    write_quarters(path_of("quarters.png"));
-    snprintf(text, sizeof text, "%s@0.3", path_of("quarters.png"));
+    write_quarters(folder_path("quarters.png"));
+    snprintf(text, sizeof text, "%s@0.3", folder_path("quarters.png"));
     const char *prints[1] = {text};
     draw((DrawDef){.look = "cotton", .prints = prints, .print_count = 1}, &image, &key, NULL);
     int runs = 0, length = 0;
@@ -170,37 +161,36 @@ static void test_refusals(void **state) {
     (void)state;
     char text[160];
     Image image = image_create(50, 50);
-    assert_true(image_write_png(path_of("whole.png"), &image, NULL, 0, NULL));
+    assert_true(image_write_png(folder_path("whole.png"), &image, NULL, 0, NULL));
     image_free(&image);
-    FILE *whole = fopen(path_of("whole.png"), "rb"), *torn = fopen(path_of("torn.png"), "wb");
+    FILE *whole = fopen(folder_path("whole.png"), "rb"),
+         *torn = fopen(folder_path("torn.png"), "wb");
     char bytes[70];
     assert_int_equal(fread(bytes, 1, sizeof bytes, whole), sizeof bytes);
     assert_int_equal(fwrite(bytes, 1, sizeof bytes, torn), sizeof bytes);
     fclose(whole), fclose(torn);
-    expect_print(path_of("torn.png"), EXIT_BAD_INPUT, "torn.png");
-    expect_print(path_of("none.png"), EXIT_MISSING_INPUT, "none.png");
-    expect_print(path_of("patch.states"), EXIT_BAD_INPUT, "patch.states");
-    snprintf(text, sizeof text, "curtain=%s", path_of("whole.png"));
+    expect_print(folder_path("torn.png"), EXIT_BAD_INPUT, "torn.png");
+    expect_print(folder_path("none.png"), EXIT_MISSING_INPUT, "none.png");
+    expect_print(folder_path("patch.states"), EXIT_BAD_INPUT, "patch.states");
+    snprintf(text, sizeof text, "curtain=%s", folder_path("whole.png"));
     expect_print(text, EXIT_USAGE, "no cloth is called 'curtain'");
     expect_print("=", EXIT_USAGE, "expected [CLOTH=]FILE[@WIDTH]");
-    expect((DrawDef){.backdrop = path_of("torn.png")}, EXIT_BAD_INPUT, "torn.png");
+    expect((DrawDef){.backdrop = folder_path("torn.png")}, EXIT_BAD_INPUT, "torn.png");
     expect((DrawDef){.backdrop = "#12345"}, EXIT_USAGE, "expected #rrggbb");
     expect((DrawDef){.backdrop = "#123456", .clear = true}, EXIT_USAGE, "exclude each other");
 }
 
 static int set_up(void **state) {
     (void)state;
-    return mkdtemp(folder) &&
-                   render_states_write("patch", path_of("patch.states"), 0, 1, 9, NULL, true, NULL)
+    return folder_make("pictures") && render_states_write("patch", folder_path("patch.states"), 0,
+                                                          1, 9, NULL, true, NULL)
                ? 0
                : 1;
 }
 
 static int tear_down(void **state) {
     (void)state;
-    char command[128];
-    snprintf(command, sizeof command, "rm -r %s", folder);
-    return system(command);
+    return folder_remove();
 }
 
 int main(void) {
