@@ -29,7 +29,7 @@ typedef struct QuietLevel {
 #define QUIET_MOST_LEVELS 32
 
 typedef struct QuietPanel {
-    int level_count; /* the last one has one block; 0: a mesh or cloth without triangles */
+    int level_count; /* the last one has one block; 0: no triangles */
     QuietLevel level[QUIET_MOST_LEVELS];
 } QuietPanel;
 
@@ -45,7 +45,7 @@ typedef struct Quiet {
 Quiet quiet_create(const Surface *surface, Arena *arena);
 
 /* Tries to prove that nothing can touch in the next steps of dt, with the positions and velocities
- * gathered in the contact; true: the lists are dropped. */
+ * gathered in the contact. */
 bool quiet_prove(Contact *contact, double dt);
 
 /* Takes the step of dt that follows out of the rooms; false: the proof ends before it. */
