@@ -17,6 +17,13 @@ cloth:
     nodes: 41 x 41
     at: [0, 0, 3 cm]
     noise: 0.3 mm
+  threads:
+    shape: {rectangle: {width: 20 cm, height: 20 cm}}
+    fabric: wool-tropical
+    model: particles
+    nodes: 21 x 19
+    at: [-40 cm, 0, 3 cm]
+    noise: 0.3 mm
   tube:
     shape: {sleeve: {radius: 5 cm, length: 15 cm, rest: curved}}
     fabric: wool-tropical
@@ -25,6 +32,7 @@ cloth:
     noise: 0.3 mm
 handles:
   - {hold: sheet.top-left}
+  - {hold: threads.top-left}
   - {clamp: tube.start}
   - {clamp: tube.end, turn: {axis: z, by: 40 deg, from: 0.1 s, to: 0.5 s}}
 obstacles:

@@ -196,11 +196,64 @@ static void test_cantilever(void **unused) {
     }
 }
 
+/* Crumpled at random: edges shorter than half, folds sharper than the law knows, closed cells; the
+ * force is the slope of the energy there too. Two steps: kinks may lie under one. */
+static void check_crumpled(BendingKind bending) {
+    ClothDef def = cloths_rectangle(0.12, 0.1, 7, 6, cloths_orthotropic());
+    def.model = "particles", def.bending = bending;
+    Arena arena = {0};
+    Cloth cloth;
+    Error error = {0};
+    assert_true(cloth_create(&cloth, &def, NULL, 0, 7, &arena, &error));
+    int n = 3 * cloth.node_count;
+    double *x = arena_push(&arena, double, n), *g = arena_push(&arena, double, n);
+    cloth_start(&cloth, x);
+    for (int i = 0; i < n; i++) {
+        x[i] *= 0.3;
+    }
+    cloths_shake(x, cloth.node_count, 0.5 * cloth.panel.h1, 3);
+    double shortest = INFINITY, sharpest = 0.0, size = 0.0;
+    for (int i = 1; i + 1 < cloth.node_count; i++) {
+        if (i % cloth.panel.nu == 0 || i % cloth.panel.nu == cloth.panel.nu - 1) {
+            continue;
+        }
+        Vec3 a = vec3_load(x + 3 * i - 3), b = vec3_load(x + 3 * i), c = vec3_load(x + 3 * i + 3);
+        Vec3 t = vec3_sub(b, a), u = vec3_sub(c, b);
+        shortest = fmin(shortest, vec3_length(t) / cloth.panel.h1);
+        sharpest = fmax(sharpest, acos(vec3_dot(t, u) / (vec3_length(t) * vec3_length(u))));
+    }
+    CHECK_AT_MOST(shortest, 0.5);
+    CHECK_AT_MOST(2.4, sharpest);
+    cloth.model->add_gradient(&cloth, x, g);
+    for (int i = 0; i < n; i++) {
+        size = fmax(size, fabs(g[i]));
+    }
+    for (int i = 0; i < n; i++) {
+        double error_at[2], at = x[i];
+        for (int k = 0; k < 2; k++) {
+            double step = k ? 1e-8 : 1e-7;
+            x[i] = at + step;
+            double high = cloth.model->energy(&cloth, x);
+            x[i] = at - step;
+            error_at[k] = fabs((high - cloth.model->energy(&cloth, x)) / (2 * step) - g[i]);
+            x[i] = at;
+        }
+        CHECK_AT_MOST(fmin(error_at[0], error_at[1]), 1e-6 * size);
+    }
+    arena_free(&arena);
+}
+
+static void test_crumpled(void **unused) {
+    (void)unused;
+    check_crumpled(BENDING_ANGLE);
+    check_crumpled(BENDING_SINE);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_yarn),           cmocka_unit_test(test_trellis),
         cmocka_unit_test(test_bending_tester), cmocka_unit_test(test_shear_tester),
-        cmocka_unit_test(test_cantilever),
+        cmocka_unit_test(test_cantilever),     cmocka_unit_test(test_crumpled),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -14,13 +14,14 @@
 #include "sim/model/mlpg.h"
 #include "sim/model/spring_net.h"
 #include "sim/model/stable.h"
-#include "sim/model/thread_units.h"
+#include "sim/model/thread_rows.h"
 
 typedef struct Particles {
     SpringKind kinds[4]; /* 2 axis + border */
     SpringNet threads;
     ThreadUnits units;
     Bending twist;
+    ThreadRows *rows; /* forces of all these but the walls */
 } Particles;
 
 static void create_threads(Cloth *cloth, Particles *s, Arena *arena) {
@@ -75,6 +76,8 @@ static bool create(Cloth *cloth, Arena *arena, Error *error) {
     create_threads(cloth, s, arena);
     s->units = thread_units_create(cloth, arena);
     create_twist(cloth, s, arena);
+    double stiffness[2] = {s->kinds[0].stiffness, s->kinds[2].stiffness};
+    s->rows = thread_rows_create(p, &s->units, stiffness, 4.0 * m->d66, arena);
     cloth->strain_count = s->threads.spring_count;
     for (int i = 0; i < cloth->node_count; i++) {
         cloth->mass[i] = m->density * p->area[i];
@@ -90,9 +93,8 @@ static double energy(const Cloth *cloth, const double *x) {
 
 static void add_gradient(const Cloth *cloth, const double *x, double *gradient) {
     const Particles *s = cloth->data;
-    spring_net_add_gradient(&s->threads, x, gradient);
-    thread_units_add_gradient(&s->units, x, gradient);
-    bending_add_gradient(&s->twist, x, gradient);
+    thread_rows_add_gradient(s->rows, x, gradient);
+    thread_units_add_wall_gradient(&s->units, x, gradient);
 }
 
 static void stress(const Cloth *cloth, const double *x, double *out) {

@@ -4,11 +4,6 @@
 #include <string.h>
 
 #define SMALLEST_TURN 1e-9 /* [rad] below it a unit is flat */
-/* where forces must stay finite for explicit steps: segments shorter than this share of the rest
- * length count as vectors, not as directions; folds sharper than this half turn go on linearly */
-#define SHORTEST_SHARE 0.5
-#define SHARPEST_HALF 1.2 /* [rad] */
-#define CLOSED 1.2        /* [rad] shear of a cell, likewise */
 
 /* ---- bend ---- */
 
@@ -28,7 +23,7 @@ static void bend_of(const ThreadUnits *u, const BendUnit *unit, const double *x,
     for (int e = 0; e < 2; e++) {
         /* a wall has half the length of a thread's unit */
         double length = vec3_length(edge[e]);
-        double shortest = SHORTEST_SHARE * u->spacing[unit->axis];
+        double shortest = THREAD_SHORTEST * u->spacing[unit->axis];
         b->short_one[e] = length < shortest;
         b->inverse[e] = 1.0 / fmax(length, shortest);
         b->t[e] = vec3_scale(b->inverse[e], edge[e]);
@@ -40,7 +35,8 @@ static void bend_of(const ThreadUnits *u, const BendUnit *unit, const double *x,
     if (u->sine) {
         return;
     }
-    double sine = 0.5 * s * b->k, most = sin(SHARPEST_HALF), kept = sine < most ? sine : most;
+    double sine = 0.5 * s * b->k, most = sin(THREAD_SHARPEST_HALF),
+           kept = sine < most ? sine : most;
     b->dK = 1.0 / sqrt(1.0 - kept * kept); /* 1 / cos(psi/2) */
     b->K = 2.0 / s * (asin(kept) + (sine - kept) * b->dK);
     b->d2K = sine < most ? 0.5 * s * sine * b->dK * b->dK * b->dK : 0.0;
@@ -146,9 +142,9 @@ typedef struct CellWork {
 
 static const double cell_sign[4][2] = {{-0.5, -0.5}, {0.5, -0.5}, {-0.5, 0.5}, {0.5, 0.5}};
 
-/* W and its derivatives by S = sin(phi); quadratic beyond CLOSED, as 1/cos(phi) has no bound */
+/* W and its derivatives by S = sin(phi); quadratic beyond THREAD_CLOSED, as 1/cos(phi) has no bound */
 static CellWork find_work(const TrellisCurve *curve, double sine) {
-    double most = sin(CLOSED), over = sine > most ? sine - most : 0.0, s = sine - over;
+    double most = sin(THREAD_CLOSED), over = sine > most ? sine - most : 0.0, s = sine - over;
     double phi = asin(s), c = sqrt(1.0 - s * s), slope, tau = trellis_moment(curve, phi, &slope);
     CellWork w = {.stiffen = fmax(slope, 0.0) / (c * c) + tau * s / (c * c * c)};
     w.pull = tau / c + w.stiffen * over;
@@ -156,12 +152,8 @@ static CellWork find_work(const TrellisCurve *curve, double sine) {
     return w;
 }
 
-/* dW/dS alone; in the measured range it is the measured force */
-static double find_pull(const TrellisCurve *curve, double sine) {
-    if (sine <= sin(SHEAR_MEASURED)) {
-        return yarn_value(&curve->force, asin(sine), NULL);
-    }
-    return find_work(curve, sine).pull;
+double thread_units_shear_stiffness(const ThreadUnits *u, double sine) {
+    return find_work(&u->trellis, sine).stiffen;
 }
 
 static void cell_of(const ThreadUnits *u, const int *nodes, const double *x, Cell *cell) {
@@ -172,7 +164,7 @@ static void cell_of(const ThreadUnits *u, const int *nodes, const double *x, Cel
         for (int k = 0; k < 4; k++) {
             f[axis] = vec3_axpy(f[axis], cell_sign[k][axis], vec3_load(x + 3 * nodes[k]));
         }
-        double size = vec3_length(f[axis]), shortest = SHORTEST_SHARE * u->spacing[axis];
+        double size = vec3_length(f[axis]), shortest = THREAD_SHORTEST * u->spacing[axis];
         short_one[axis] = size < shortest;
         length[axis] = fmax(size, shortest);
         f[axis] = vec3_scale(1.0 / length[axis], f[axis]);
@@ -187,16 +179,6 @@ static void cell_of(const ThreadUnits *u, const int *nodes, const double *x, Cel
 /* dS / d node k */
 static Vec3 cell_row(const Cell *cell, int k) {
     return vec3_axpy(vec3_scale(cell_sign[k][0], cell->d[0]), cell_sign[k][1], cell->d[1]);
-}
-
-static void add_cell_gradient(const ThreadUnits *u, const int *nodes, const double *x,
-                              double *gradient) {
-    Cell cell;
-    cell_of(u, nodes, x, &cell);
-    double pull = u->cell_area * copysign(find_pull(&u->trellis, fabs(cell.sine)), cell.sine);
-    for (int k = 0; k < 4; k++) {
-        add_to(gradient, nodes[k], vec3_scale(pull, cell_row(&cell, k)));
-    }
 }
 
 static void add_cell_hessian(const ThreadUnits *u, const int *nodes, const BlockPlace *places,
@@ -237,12 +219,9 @@ double thread_units_energy(const ThreadUnits *u, const double *x) {
     return energy;
 }
 
-void thread_units_add_gradient(const ThreadUnits *u, const double *x, double *gradient) {
-    for (int i = 0; i < u->bend_count; i++) {
+void thread_units_add_wall_gradient(const ThreadUnits *u, const double *x, double *gradient) {
+    for (int i = u->wall_begin; i < u->bend_count; i++) {
         add_bend_gradient(u, &u->bends[i], x, gradient);
-    }
-    for (int i = 0; i < u->cell_count; i++) {
-        add_cell_gradient(u, u->cells[i], x, gradient);
     }
 }
 

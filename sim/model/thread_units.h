@@ -12,6 +12,12 @@
 #include "sim/model/model.h"
 #include "sim/model/yarn.h"
 
+/* where forces must stay finite for explicit steps: segments shorter than this share of the rest
+ * length count as vectors, not as directions; folds sharper than this half turn go on linearly */
+#define THREAD_SHORTEST 0.5
+#define THREAD_SHARPEST_HALF 1.2 /* [rad] */
+#define THREAD_CLOSED 1.2        /* [rad] shear of a cell, likewise */
+
 typedef struct BendUnit {
     int node[3]; /* along the thread; only the first may be a ghost: a wall, over half a length */
     int axis;    /* 0 warp, 1 weft */
@@ -20,6 +26,7 @@ typedef struct BendUnit {
 
 typedef struct ThreadUnits {
     int bend_count, cell_count, node_limit;
+    int wall_begin; /* bends from here on are walls */
     bool sine;
     BendUnit *bends;
     int (*cells)[4];              /* nodes 00, 10, 01, 11 */
@@ -32,7 +39,10 @@ typedef struct ThreadUnits {
 
 ThreadUnits thread_units_create(const Cloth *cloth, Arena *arena);
 double thread_units_energy(const ThreadUnits *units, const double *x);
-void thread_units_add_gradient(const ThreadUnits *units, const double *x, double *gradient);
+/* dE/dx of the walls alone; thread_rows.h has the others */
+void thread_units_add_wall_gradient(const ThreadUnits *units, const double *x, double *gradient);
+/* [N/m] d2W/dS2 of the shear of a cell */
+double thread_units_shear_stiffness(const ThreadUnits *units, double sine);
 int thread_units_couple(const ThreadUnits *units, int *pairs);
 void thread_units_bind(ThreadUnits *units, const BlockMatrix *matrix, int first, Arena *arena);
 /* positive semidefinite; what forces do to second derivatives of directions is left out */

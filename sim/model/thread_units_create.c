@@ -79,6 +79,7 @@ ThreadUnits thread_units_create(const Cloth *cloth, Arena *arena) {
     for (int axis = 0; axis < 2; axis++) {
         add_bends(cloth, &u, axis);
     }
+    u.wall_begin = u.bend_count;
     add_walls(cloth, &u);
     add_cells(p, &u);
     create_curves(cloth, &u);
