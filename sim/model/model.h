@@ -33,6 +33,8 @@ typedef struct Cloth {
     double *mass;                  /* [kg] (node_count) lumped */
     int strain_count;              /* numbers in a stress state of add_hessian */
     const SweepLattice *lattice;   /* explicit sweep (first slot not set); NULL: none */
+    const SweepLattice *limits;    /* without a sweep: stiffnesses that bound damping inside the
+                                      fabric; NULL: it has none */
     void *data;                    /* of the model */
     struct YarnFriction *friction; /* NULL: the cloth is elastic */
     int history_count;
@@ -53,6 +55,10 @@ struct ClothModel {
     double (*energy)(const Cloth *cloth, const double *x);
     /* gradient += dE/dx [N]; (node_count + ghost_count) x 3. */
     void (*add_gradient)(const Cloth *cloth, const double *x, double *gradient);
+    /* The same with stretch and shear taken at `stretched`, curvature at `bent`, a little ahead of
+     * the motion: damping inside the fabric. NULL unless cloth->limits. */
+    void (*add_damped_gradient)(const Cloth *cloth, const double *stretched, const double *bent,
+                                double *gradient);
     /* Only the rest-curvature part of dE/dx, which the sweep of `lattice` leaves out unless
      * lattice->rest; NULL: nothing. */
     void (*add_rest_gradient)(const Cloth *cloth, const double *x, double *gradient);

@@ -21,7 +21,8 @@ typedef struct Particles {
     SpringNet threads;
     ThreadUnits units;
     Bending twist;
-    ThreadRows *rows; /* forces of all these but the walls */
+    ThreadRows *rows;    /* forces of all these but the walls */
+    SweepLattice limits; /* for damping */
 } Particles;
 
 static void create_threads(Cloth *cloth, Particles *s, Arena *arena) {
@@ -59,6 +60,24 @@ static const char *note(const Cloth *cloth, Arena *arena) {
     return arena_strdup(arena, text);
 }
 
+/* yarns that stick are the stiffest */
+static double first_slope(const YarnCurve *curve) {
+    return curve->slope + (curve->step > 0.0 ? 2.0 * curve->step / curve->onset : 0.0);
+}
+
+static void create_limits(Cloth *cloth, Particles *s) {
+    const Panel *p = &cloth->panel;
+    const Material *m = &cloth->material;
+    s->limits = (SweepLattice){.h1 = p->h1,
+                               .h2 = p->h2,
+                               .c11 = m->c11,
+                               .c22 = m->c22,
+                               .d11 = first_slope(&s->units.bend[0]),
+                               .d22 = first_slope(&s->units.bend[1]),
+                               .d66 = m->d66};
+    cloth->limits = &s->limits;
+}
+
 static bool create(Cloth *cloth, Arena *arena, Error *error) {
     const Panel *p = &cloth->panel;
     if (p->rest_curvature[0] != 0.0 || p->rest_curvature[1] != 0.0) {
@@ -78,6 +97,7 @@ static bool create(Cloth *cloth, Arena *arena, Error *error) {
     create_twist(cloth, s, arena);
     double stiffness[2] = {s->kinds[0].stiffness, s->kinds[2].stiffness};
     s->rows = thread_rows_create(p, &s->units, stiffness, 4.0 * m->d66, arena);
+    create_limits(cloth, s);
     cloth->strain_count = s->threads.spring_count;
     for (int i = 0; i < cloth->node_count; i++) {
         cloth->mass[i] = m->density * p->area[i];
@@ -91,10 +111,15 @@ static double energy(const Cloth *cloth, const double *x) {
            bending_energy(&s->twist, x);
 }
 
-static void add_gradient(const Cloth *cloth, const double *x, double *gradient) {
+static void add_damped_gradient(const Cloth *cloth, const double *stretched, const double *bent,
+                                double *gradient) {
     const Particles *s = cloth->data;
-    thread_rows_add_gradient(s->rows, x, gradient);
-    thread_units_add_wall_gradient(&s->units, x, gradient);
+    thread_rows_add_gradient(s->rows, stretched, bent, gradient);
+    thread_units_add_wall_gradient(&s->units, bent, gradient);
+}
+
+static void add_gradient(const Cloth *cloth, const double *x, double *gradient) {
+    add_damped_gradient(cloth, x, x, gradient);
 }
 
 static void stress(const Cloth *cloth, const double *x, double *out) {
@@ -136,6 +161,7 @@ const ClothModel cloth_model_particles = {
     .create = create,
     .energy = energy,
     .add_gradient = add_gradient,
+    .add_damped_gradient = add_damped_gradient,
     .stress = stress,
     .predict_stress = predict_stress,
     .couple = couple,

@@ -41,13 +41,13 @@ struct ThreadRows {
     double cell_area, shear_first, shear_bend;
     double measured, closed, closed_stiffen; /* sines; [N/m] d2W/dS2 beyond `closed` */
     double twist;                            /* [N/m] on the twist vector of a cell */
-    double *width[3]; /* (stride) 0.5 on border threads, or 1: within a row; in the first and last
+    double *width[3];   /* (stride) 0.5 on border threads, or 1: within a row; in the first and last
                          row; across rows */
-    Row3 x[2];                               /* node rows j, j + 1 */
-    Edges warp[2], weft[2];                  /* of rows j, j + 1; from j - 1, from j */
-    Row3 m1, m2[2];                          /* [N] of the units at row j; at j - 1, j */
-    Row3 low, high;                          /* [N] cells on the weft edges left and right */
-    Row3 sum;                                /* [N] dE/dx of row j - 1, without the edges from it */
+    Row3 x[2], bent[2]; /* node rows j, j + 1 */
+    Edges warp[2], weft[2]; /* of rows j, j + 1; from j - 1, from j */
+    Row3 m1, m2[2];         /* [N] of the units at row j; at j - 1, j */
+    Row3 low, high;         /* [N] cells on the weft edges left and right */
+    Row3 sum;               /* [N] dE/dx of row j - 1, without the edges from it */
 };
 
 /* ---- set-up ---- */
@@ -70,7 +70,7 @@ static void push_rows(ThreadRows *r, Arena *arena) {
         r->width[k] = push_row(r, arena);
     }
     for (int k = 0; k < 2; k++) {
-        r->x[k] = push_row3(r, arena);
+        r->x[k] = push_row3(r, arena), r->bent[k] = push_row3(r, arena);
         r->warp[k] = push_edges(r, arena), r->weft[k] = push_edges(r, arena);
         r->m2[k] = push_row3(r, arena);
     }
@@ -172,7 +172,8 @@ INLINE static inline double cell_pull(const ThreadRows *r, double sine) {
     double closing = c->end[0] + c->last[1] * (phi - in) +
                      c->end[1] * (SHEAR_LOCK - SHEAR_MEASURED) * d / (SHEAR_LOCK - in);
     double beyond = closing / sqrt(1.0 - s * s) + r->closed_stiffen * (sine - s);
-    double first = sine <= r->measured ? 1.0 : 0.0; /* roots must not stand in branches of vector code */
+    double first =
+        sine <= r->measured ? 1.0 : 0.0; /* roots must not stand in branches of vector code */
     return first * measured + (1.0 - first) * beyond;
 }
 
@@ -197,8 +198,26 @@ QUADS static void find_edges(const ThreadRows *r, const Thread *thread, const Ro
     }
 }
 
-INLINE static inline void moments(const ThreadRows *r, const Thread *t, bool sine_law, const Row3 *t1,
-                           const Row3 *t2, int shift, const double *width, const Row3 *m) {
+/* directions alone, of other places */
+QUADS static void find_directions(const ThreadRows *r, const Thread *thread, const Row3 *a,
+                                  const Row3 *b, int shift, const Edges *edges) {
+    const Thread t = *thread;
+    const Edges out = *edges;
+    ROW_LOOP
+    for (int i = 0; i < r->nu + 1; i++) {
+        Vec3 e = vec3_sub(take(b, i + shift), take(a, i));
+        double length = vec3_length(e), inverse = 1.0 / (length + TINY);
+        bool straight = length >= t.shortest;
+        inverse = straight ? inverse : 1.0 / t.shortest;
+        put(&out.t, i, vec3_scale(inverse, e));
+        out.inverse[i] = inverse;
+        out.straight[i] = straight ? 1.0 : 0.0;
+    }
+}
+
+INLINE static inline void moments(const ThreadRows *r, const Thread *t, bool sine_law,
+                                  const Row3 *t1, const Row3 *t2, int shift, const double *width,
+                                  const Row3 *m) {
     const Thread own = *t; /* which the loop does not write */
     double to_kv = 1.0 / own.h;
     ROW_LOOP
@@ -313,16 +332,24 @@ static const double *row_width(const ThreadRows *r, int j) {
     return r->width[j == 0 || j == r->nv - 1];
 }
 
-static void find_warp(const ThreadRows *r, const double *x, int j) {
-    const Row3 *at = &r->x[j % 2];
+/* edges, springs; then the directions of bent threads where these are elsewhere */
+static void find_warp(const ThreadRows *r, const double *x, const double *bent, int j) {
+    const Row3 *at = &r->x[j % 2], *bent_at = &r->bent[j % 2];
     load_row(r, x, j, at);
     find_edges(r, &r->thread[0], at, at, 1, row_width(r, j), &r->warp[j % 2]);
+    if (bent != x) {
+        load_row(r, bent, j, bent_at);
+        find_directions(r, &r->thread[0], bent_at, bent_at, 1, &r->warp[j % 2]);
+    }
 }
 
 /* all between rows j and j + 1 but the bends of weft */
-static void find_band(const ThreadRows *r, int j) {
+static void find_band(const ThreadRows *r, bool damped, int j) {
     const Edges *below = &r->warp[j % 2], *above = &r->warp[(j + 1) % 2], *sides = &r->weft[j % 2];
     find_edges(r, &r->thread[1], &r->x[j % 2], &r->x[(j + 1) % 2], 0, r->width[2], sides);
+    if (damped) {
+        find_directions(r, &r->thread[1], &r->bent[j % 2], &r->bent[(j + 1) % 2], 0, sides);
+    }
     find_cells(r, below, above, sides);
     int cells = r->wrap ? r->nu : r->nu - 1;
     close_row(r, &r->low, cells), close_row(r, &r->high, cells);
@@ -360,12 +387,13 @@ static void bend_weft(const ThreadRows *r, int j) {
     }
 }
 
-void thread_rows_add_gradient(const ThreadRows *r, const double *x, double *gradient) {
-    find_warp(r, x, 0);
+void thread_rows_add_gradient(const ThreadRows *r, const double *x, const double *bent,
+                              double *gradient) {
+    find_warp(r, x, bent, 0);
     for (int j = 0; j < r->nv; j++) {
         if (j + 1 < r->nv) {
-            find_warp(r, x, j + 1);
-            find_band(r, j);
+            find_warp(r, x, bent, j + 1);
+            find_band(r, bent != x, j);
         }
         bend_warp(r, j);
         bend_weft(r, j);

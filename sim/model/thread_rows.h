@@ -21,7 +21,9 @@ typedef struct ThreadRows ThreadRows;
 ThreadRows *thread_rows_create(const Panel *panel, const ThreadUnits *units,
                                const double stiffness[2], double twist, Arena *arena);
 
-/* gradient += dE/dx [N] of springs, bends without walls, shear and twist; (node_count x 3) */
-void thread_rows_add_gradient(const ThreadRows *rows, const double *x, double *gradient);
+/* gradient += dE/dx [N] of springs, bends without walls, shear and twist; (node_count x 3). Bends at
+ * `bent`, all else at x; usually one array. */
+void thread_rows_add_gradient(const ThreadRows *rows, const double *x, const double *bent,
+                              double *gradient);
 
 #endif

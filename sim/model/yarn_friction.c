@@ -410,6 +410,8 @@ bool yarn_friction_attach(Cloth *cloth, Arena *arena, Error *error) {
     cloth->friction = f;
     cloth->model = &f->both;
     cloth->lattice = NULL; /* the sweep knows no history */
+    cloth->limits = NULL;  /* friction damps */
+    f->both.add_damped_gradient = NULL;
     cloth->history_count = N * (f->thread_count + f->cell_count);
     cloth->history = arena_push(arena, double, cloth->history_count);
     return true;

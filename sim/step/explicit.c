@@ -35,6 +35,7 @@ struct Explicit {
     double *chunk_speed;    /* [m2/s2] */
     int *grain;             /* (cloth_count) rows of a chunk */
     double *x, *gradient;   /* (place_count x 3) for cloths without a sweep */
+    double *ahead[2];       /* [m] (place_count x 3) likewise: bent, stretched */
     unsigned char *held;    /* (place_count) */
     int held_count;
     int *held_places; /* (held_count) rising */
@@ -124,6 +125,8 @@ Explicit *explicit_create(const System *system) {
     place_all(e);
     e->x = arena_push(system->arena, double, 3 * system->place_count);
     e->gradient = arena_push(system->arena, double, 3 * system->place_count);
+    e->ahead[0] = arena_push(system->arena, double, 3 * system->place_count);
+    e->ahead[1] = arena_push(system->arena, double, 3 * system->place_count);
     e->v_held = arena_push(system->arena, double, 3 * system->place_count);
     e->targets = arena_push(system->arena, double, 3 * system->place_count);
     e->placed = arena_push(system->arena, Placed, system->handle_count);
@@ -156,10 +159,10 @@ static void load(Explicit *e, const State *state) {
     }
 }
 
-static void gather(const Explicit *e, double *const lane[3], double *out) {
-    for (int i = 0; i < e->system->place_count; i++) {
+static void gather(const Explicit *e, int first, int end, double *const lane[3], double *out) {
+    for (int i = first; i < end; i++, out += 3) {
         for (int c = 0; c < 3; c++) {
-            out[3 * i + c] = lane[c][e->slot[i]];
+            out[c] = lane[c][e->slot[i]];
         }
     }
 }
@@ -182,15 +185,17 @@ static void add_model_force(Explicit *e, int c,
     const Cloth *cloth = &e->system->cloths[c];
     int first = e->system->first[c], count = cloth->node_count + cloth->ghost_count;
     memset(e->gradient, 0, 3 * (size_t)count * sizeof *e->gradient);
-    for (int i = 0; i < count; i++) {
-        for (int a = 0; a < 3; a++) {
-            e->x[3 * i + a] = e->lanes.x[a][e->slot[first + i]];
-        }
-    }
+    gather(e, first, first + count, e->lanes.x, e->x);
     if (cloth->model->commit) { /* every step of an interval counts */
         cloth->model->commit(&e->system->cloths[c], e->x);
     }
-    add(cloth, e->x, e->gradient);
+    if (cloth->limits) {
+        gather(e, first, first + count, e->lanes.bent, e->ahead[0]);
+        gather(e, first, first + count, e->lanes.stretched, e->ahead[1]);
+        cloth->model->add_damped_gradient(cloth, e->ahead[1], e->ahead[0], e->gradient);
+    } else {
+        add(cloth, e->x, e->gradient);
+    }
     for (int i = 0; i < count; i++) {
         for (int a = 0; a < 3; a++) {
             e->lanes.f[a][e->slot[first + i]] -= e->gradient[3 * i + a];
@@ -235,9 +240,11 @@ static void kick_scattered(Explicit *e, int c, const SweepKick *kick) {
 static void lead_start(Explicit *e, Lead *lead, double dt, double *taken[3]) {
     bool damped = false;
     for (int c = 0; c < e->system->cloth_count; c++) {
-        double density = e->system->cloths[c].material.density;
-        bool possible = e->lattices[c].nu > 0 && lead->wished[c] > 0.0;
-        lead->time[c] = possible ? lead->limit(&e->lattices[c], density, lead->wished[c], dt) : 0.0;
+        const Cloth *cloth = &e->system->cloths[c];
+        double density = cloth->material.density;
+        const SweepLattice *limits = e->lattices[c].nu > 0 ? &e->lattices[c] : cloth->limits;
+        bool possible = limits && lead->wished[c] > 0.0;
+        lead->time[c] = possible ? lead->limit(limits, density, lead->wished[c], dt) : 0.0;
         damped = damped || possible;
     }
     for (int a = 0; a < 3; a++) {
@@ -537,8 +544,8 @@ static double total_energy(Explicit *e, double dt, const State *state, double *s
 }
 
 static void store(Explicit *e, State *state, double time_end) {
-    gather(e, e->lanes.x, state->x);
-    gather(e, e->lanes.v, state->v);
+    gather(e, 0, e->system->place_count, e->lanes.x, state->x);
+    gather(e, 0, e->system->place_count, e->lanes.v, state->v);
     state->time = time_end;
     system_store_history(e->system, state);
     for (int i = 0; i < e->system->place_count; i++) {
