@@ -56,13 +56,15 @@ typedef struct VeilTargets {
 typedef struct SplatPrograms {
     GLuint visible, sum, sum_measured;                   /* of discs that the border cuts */
     GLuint visible_whole, sum_whole, sum_whole_measured; /* of all others */
-    GLuint words, words_measured;
-    GLint sum_panel_scale, sum_whole_panel_scale, words_side;
+    GLuint tiles, words, words_measured;
+    GLint sum_panel_scale, sum_whole_panel_scale;
 } SplatPrograms;
 
 typedef struct Splats {
     SplatPrograms programs;
     GLuint frame, place, target; /* layer: RGBA32F sums, with the layer's depth and stencil */
+    GLuint tiles, tiles_target;  /* tiled: R32F farthest depth of what is seen in each tile */
+    Size tiled;
 } Splats;
 
 typedef struct Programs {

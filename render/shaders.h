@@ -27,6 +27,7 @@
     X(SPLAT_VERTEX, "splat.vert.glsl")                                                             \
     X(SPLAT_FRAGMENT, "splat.frag.glsl")                                                           \
     X(SPLAT_WORDS, "splat_words.frag.glsl")                                                        \
+    X(SPLAT_TILES, "splat_tiles.frag.glsl")                                                        \
     X(VEIL, "veil.frag.glsl")                                                                      \
     X(COMPOSITE, "composite.frag.glsl")
 

@@ -3,6 +3,8 @@
  * weighted sum of those that lie in the surface seen, then its mean. */
 #include "render/passes.h"
 
+#define TILE 32 /* [sample]: as the shaders have it */
+
 enum { STORAGE_VERTICES, STORAGE_SURFELS, STORAGE_VALUES, STORAGE_BENDS };
 
 bool splats_create_programs(Painter *painter, Error *error) {
@@ -20,6 +22,7 @@ bool splats_create_programs(Painter *painter, Error *error) {
         {&programs->sum_whole, SHADER_SPLAT_VERTEX, SHADER_SPLAT_FRAGMENT, "#define WHOLE\n"},
         {&programs->sum_whole_measured, SHADER_SPLAT_VERTEX, SHADER_SPLAT_FRAGMENT,
          "#define WHOLE\n#define MEASURED\n"},
+        {&programs->tiles, SHADER_FULLSCREEN, SHADER_SPLAT_TILES, ""},
         {&programs->words, SHADER_FULLSCREEN, SHADER_SPLAT_WORDS, ""},
         {&programs->words_measured, SHADER_FULLSCREEN, SHADER_SPLAT_WORDS, "#define MEASURED\n"},
     };
@@ -30,7 +33,6 @@ bool splats_create_programs(Painter *painter, Error *error) {
             return false;
         }
     }
-    programs->words_side = gl.GetUniformLocation(programs->words, "side");
     programs->sum_panel_scale = gl.GetUniformLocation(programs->sum, "panel_scale");
     programs->sum_whole_panel_scale = gl.GetUniformLocation(programs->sum_whole, "panel_scale");
     return true;
@@ -42,6 +44,10 @@ void splats_create_targets(Painter *painter) {
     const GLenum buffers[2] = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1};
     splats->frame = gl_texture_create(GL_RGBA32F, layer.width, layer.height, GL_NEAREST);
     splats->place = gl_texture_create(GL_RGBA32F, layer.width, layer.height, GL_NEAREST);
+    splats->tiled = (Size){(layer.width + TILE - 1) / TILE, (layer.height + TILE - 1) / TILE};
+    splats->tiles =
+        gl_texture_create(GL_R32F, splats->tiled.width, splats->tiled.height, GL_NEAREST);
+    splats->tiles_target = gl_target_create(splats->tiles, 0, false);
     splats->target = gl_target_create(splats->frame, painter->targets.layer_depth, true);
     gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT1, GL_TEXTURE_2D, splats->place, 0);
     gl.DrawBuffers(2, buffers);
@@ -51,12 +57,15 @@ void splats_create_targets(Painter *painter) {
 void splats_destroy(Painter *painter) {
     Splats *splats = &painter->splats;
     const SplatPrograms *p = &splats->programs;
-    GLuint textures[] = {splats->frame, splats->place};
-    GLuint programs[] = {p->visible,       p->sum,           p->sum_measured,
-                         p->visible_whole, p->sum_whole,     p->sum_whole_measured,
-                         p->words,         p->words_measured};
-    gl.DeleteTextures(2, textures);
-    gl.DeleteFramebuffers(1, &splats->target);
+    GLuint textures[] = {splats->frame, splats->place, splats->tiles};
+    GLuint targets[] = {splats->target, splats->tiles_target};
+    GLuint programs[] = {p->visible,      p->sum,
+                         p->sum_measured, p->visible_whole,
+                         p->sum_whole,    p->sum_whole_measured,
+                         p->words,        p->words_measured,
+                         p->tiles};
+    gl.DeleteTextures(3, textures);
+    gl.DeleteFramebuffers(2, targets);
     for (size_t i = 0; i < sizeof programs / sizeof *programs; i++) {
         gl.DeleteProgram(programs[i]);
     }
@@ -110,6 +119,21 @@ static void find_visible(const Painter *painter, const FrameView *view) {
     gl.ColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
 }
 
+/* The farthest of what is seen in each tile. */
+static void find_tiles(const Painter *painter, const ScreenBox *screen) {
+    const Splats *splats = &painter->splats;
+    gl_target_bind(splats->tiles_target, splats->tiled.width, splats->tiled.height);
+    gl.Disable(GL_DEPTH_TEST);
+    gl.Disable(GL_STENCIL_TEST);
+    passes_scissor(screen, splats->tiled, 2);
+    gl_texture_bind(UNIT_INPUT, painter->targets.layer_depth);
+    gl.UseProgram(splats->programs.tiles);
+    gl_draw_fullscreen();
+    gl_texture_bind(UNIT_INPUT, splats->tiles);
+    gl.Enable(GL_DEPTH_TEST);
+    gl.Enable(GL_STENCIL_TEST);
+}
+
 static void use_sum(const SplatPrograms *programs, const SurfacePart *part, bool measured,
                     bool whole) {
     GLuint sum = whole ? programs->sum_whole : programs->sum;
@@ -155,16 +179,10 @@ static void write_words(const Painter *painter, const FrameView *view) {
     gl_target_bind(t->words_target, t->layer.width, t->layer.height);
     gl_texture_bind(UNIT_INPUT, painter->splats.frame);
     gl_texture_bind(UNIT_LAYER, painter->splats.place);
-    for (int i = 0; i < 2 * view->surface->part_count; i++) {
-        int cloth = i / 2, back = i % 2;
-        bool measured = is_measured(painter, cloth);
-        if (!passes_is_sheer(painter, cloth)) {
-            gl.UseProgram(measured ? programs->words_measured : programs->words);
-            if (!measured) {
-                gl.Uniform1i(programs->words_side, back);
-            }
-            gl.StencilFunc(GL_EQUAL, passes_stencil_of_cloth(cloth) | (back ? STENCIL_BACK : 0),
-                           0xff);
+    for (int i = 0; i < view->surface->part_count; i++) {
+        if (!passes_is_sheer(painter, i)) {
+            gl.UseProgram(is_measured(painter, i) ? programs->words_measured : programs->words);
+            gl.StencilFunc(GL_EQUAL, passes_stencil_of_cloth(i), STENCIL_THING);
             gl_draw_fullscreen();
         }
     }
@@ -177,6 +195,7 @@ void pass_splats(Painter *painter, const FrameView *view) {
     gl.StencilMask(0xff);
     gl.StencilOp(GL_KEEP, GL_KEEP, GL_REPLACE);
     find_visible(painter, view);
+    find_tiles(painter, &screen);
     passes_scissor(&screen, painter->targets.layer, 2);
     add_up(painter, view);
     write_words(painter, view);

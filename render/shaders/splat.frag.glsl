@@ -8,7 +8,8 @@ flat in vec4 line_a;
 flat in vec3 line_b;
 #endif
 #ifndef VISIBLE
-in vec4 frame;
+in vec2 across_view;
+flat in vec2 direction;
 noperspective in float window_depth;
 #ifdef MEASURED
 flat in float value;
@@ -16,7 +17,7 @@ flat in float value;
 uniform vec2 panel_scale; // [1/m] 1 / panel size
 #endif
 layout(location = 0) out vec4 sum_frame;
-layout(location = 1) out vec4 sum_place; // xy: place; z: window depth; w: weight
+layout(location = 1) out vec4 sum_place; // xy: place; z: window depth; w: weight, below zero on the back
 #endif
 
 const float RIM = 0.985; // of the squared radius: weights stay above rounding
@@ -33,13 +34,13 @@ void main() {
         discard;
     }
 #ifndef VISIBLE
-    float weight = (1.0 - r2) * (1.0 - r2);
+    float weight = (1.0 - r2) * (gl_FrontFacing ? 1.0 - r2 : r2 - 1.0);
 #ifdef MEASURED
     vec2 place = vec2(value, 0.0);
 #else
     vec2 place = uv * panel_scale;
 #endif
-    sum_frame = weight * frame;
+    sum_frame = weight * vec4(across_view, direction);
     sum_place = weight * vec4(place, window_depth, 1.0);
 #endif
 }

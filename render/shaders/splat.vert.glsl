@@ -23,11 +23,31 @@ flat out vec4 line_a;    // clip lines; w: 2 = either is enough
 flat out vec3 line_b;
 #endif
 #ifndef VISIBLE
-out vec4 frame;          // normal across the view, linear in the disc; direction of the tangent around it
+out vec2 across_view;    // of the normal, linear in the disc
+flat out vec2 direction; // of the tangent around the normal
 noperspective out float window_depth; // where it really is
 #ifdef MEASURED
 flat out float value;
 #endif
+
+layout(binding = 0) uniform sampler2D tiles; // farthest depth seen in each
+const float TILE = 32.0;                      // [sample]
+
+// Whether every sample of a disc lies behind what is seen there. The disc lies within `reach` of p [m],
+// and comes `nearer` [m] to be summed. Only discs over no more than two tiles each way are asked.
+bool is_hidden(vec3 p, float reach, float nearer) {
+    vec4 clip = world_clip * vec4(p, 1.0);
+    vec2 ndc = clip.xy / clip.w;
+    float along = dot(p, forward.xyz) - forward.w, front = along - reach;
+    vec2 slope = abs(ndc) * ray.xy;
+    vec2 extent = reach * mix(vec2(1.0), (1.0 + slope) / max(front, 1e-6 * reach), ray.z) / ray.xy;
+    vec2 to_tiles = 0.5 * size.xy * size.z / TILE, high = (ndc + extent + 1.0) * to_tiles;
+    vec4 behind = textureGather(tiles, floor(high) / vec2(textureSize(tiles, 0)));
+    float z = front - nearer, farthest = max(max(behind.x, behind.y), max(behind.z, behind.w));
+    float window = (depth.x - z * depth.z) / (z * depth.w - depth.y); // of depth_linear
+    vec2 span = 2.0 * extent * to_tiles;
+    return z > 0.0 && max(span.x, span.y) < 1.0 && window > farthest;
+}
 #endif
 
 vec3 vertex_part(int at) { return vec3(vertices[at], vertices[at + 1], vertices[at + 2]); }
@@ -48,16 +68,19 @@ void main() {
     line_a = vec4(surfels[s + 4], surfels[s + 5], surfels[s + 6], surfels[s + 3]);
     line_b = vec3(surfels[s + 7], surfels[s + 8], surfels[s + 9]);
 #endif
-    vec3 at = p + radius * (disc.x * du + disc.y * dv);
     vec3 view = view_vector(p), face = normalize(cross(du, dv) + vec3(0.0, 0.0, 1e-30));
     bool back = dot(face, view) < 0.0;
     vec3 n = back ? -face : face;
+#ifndef VISIBLE
+    float nearer = NEARER * radius * max(length(du), length(dv)) / max(dot(n, view), 0.1);
+    radius = is_hidden(p, radius * sqrt(dot(du, du) + dot(dv, dv)), nearer) ? 0.0 : radius;
+#endif
+    vec3 at = p + radius * (disc.x * du + disc.y * dv);
     gl_Position = world_clip * vec4(at, 1.0);
 #ifndef VISIBLE
     window_depth = gl_Position.z / gl_Position.w * 0.5 + 0.5;
-    float size = radius * max(length(du), length(dv)), slant = max(dot(n, view), 0.1);
-    vec4 nearer = world_clip * vec4(at + view_vector(at) * (NEARER * size / slant), 1.0);
-    gl_Position.z = nearer.z / nearer.w * gl_Position.w; // the same pixels as VISIBLE, to the bit
+    vec4 moved = world_clip * vec4(at + view_vector(at) * nearer, 1.0);
+    gl_Position.z = moved.z / moved.w * gl_Position.w; // the same pixels as VISIBLE, to the bit
     vec3 across, up;
     view_frame(view, across, up);
     vec3 seen = vec3(dot(n, across), dot(n, up), max(dot(n, view), 0.0)), first, second;
@@ -68,7 +91,8 @@ void main() {
     vec3 nu = vec3(bends[bend], bends[bend + 1], bends[bend + 2]);
     vec3 nv = vec3(bends[bend + 3], bends[bend + 4], bends[bend + 5]);
     vec3 turned = radius * (disc.x * nu + disc.y * nv) * (back ? -1.0 : 1.0);
-    frame = vec4(seen.xy + vec2(dot(turned, across), dot(turned, up)), dot(tangent, first), dot(tangent, second));
+    across_view = seen.xy + vec2(dot(turned, across), dot(turned, up));
+    direction = vec2(dot(tangent, first), dot(tangent, second));
 #ifdef MEASURED
     value = values[number];
 #endif

@@ -1,14 +1,14 @@
 // From the sums of surfels to the words that the mesh writes too.
 layout(binding = 0) uniform sampler2D sum_frame;
 layout(binding = 1) uniform sampler2D sum_place;
-uniform int side; // 1: the back is seen
 in vec2 place;
 out uvec4 words;
 
 void main() {
     ivec2 at = ivec2(gl_FragCoord.xy);
     vec4 frame = texelFetch(sum_frame, at, 0), sums = texelFetch(sum_place, at, 0);
-    float whole = 1.0 / max(sums.w, 1e-12);
+    float whole = 1.0 / (abs(sums.w) > 1e-12 ? sums.w : 1e-12); // below zero: the back
+    bool back = whole < 0.0;
     frame *= whole;
     sums *= whole;
     vec3 seen = vec3(frame.xy, 0.0);
@@ -27,6 +27,6 @@ void main() {
     // cloth under a sample: its width there, longer where the surface is seen at a slant
     float width = 2.0 * ray.x * mix(1.0, depth_linear(sums.z), ray.z) / (size.x * size.z);
     float slant = max(seen.z, 0.02);
-    words = gbuffer_pack(n, world * tangent, sums.z, sums.xy, width / slant, side != 0);
+    words = gbuffer_pack(n, world * tangent, sums.z, sums.xy, width / slant, back);
 #endif
 }
