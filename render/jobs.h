@@ -16,8 +16,8 @@ typedef struct Jobs Jobs;
 /* Starts `count` processes that draw the run of the options. Errors: EXIT_IO. */
 Jobs *jobs_start(const Options *options, int count, int width, int height, Error *error);
 
-/* True if every process has a frame to draw: then jobs_next must come before jobs_give. */
-bool jobs_are_full(const Jobs *jobs);
+/* True if every process has two frames: then jobs_next must come before jobs_give. */
+bool jobs_are_full(Jobs *jobs);
 /* Gives a frame, which must be there, to the process whose turn it is; key comes back with it. */
 bool jobs_give(Jobs *jobs, int frame, uint64_t key, Error *error);
 
