@@ -70,6 +70,7 @@ static _Noreturn void work(const Options *options, int socket, const Slot *slots
         int code = EXIT_OK;
         Shared *shared = slots[slot].shared;
         slot = (slot + 1) % SLOTS;
+        ASSERT(shared);
         if (!drawer) {
             drawer = command_open(&alone, &run, &end, &shared->error);
         }

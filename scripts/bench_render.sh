@@ -1,6 +1,7 @@
 #!/bin/sh
 # What a drawn frame costs: CSV rows like those of `make bench`, on stdout. On an idle machine.
-# bench_render.sh [RUN]: with a run of 16 frames or more also the gain of two processes.
+# bench_render.sh [RUN]: with a run of 60 frames or more also the gain of two processes
+# in frames a second: fewer frames would measure how long two processes take to start.
 set -eu
 cd "$(dirname "$0")/.."
 toile=scripts/toile
@@ -36,7 +37,7 @@ run=${1:-}
 [ -n "$run" ] || exit 0
 for jobs in 1 2; do
     begin=$(date +%s%N)
-    $toile render "$run" -o "$folder/jobs.mp4" --frames 0-15 --size 1280x720 --jobs $jobs --threads 1 --force --quiet
+    $toile render "$run" -o "$folder/jobs.mp4" --frames 0-59 --size 1280x720 --jobs $jobs --threads 1 --force --quiet
     end=$(date +%s%N)
     eval "wall$jobs=$(((end - begin) / 1000))"
 done

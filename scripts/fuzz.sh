@@ -1,10 +1,11 @@
 #!/bin/sh
-# fuzz.sh SECONDS [scene|state|picture|obj|ply|stl|gltf|glb|fbx]: fuzzes the scene reader, the states
-# reader, the readers of pictures and thresholds, and the import of meshes, each for so long, with AddressSanitizer and UBSan. Anything found fails and leaves its input in build/fuzz/.
+# fuzz.sh SECONDS [scene|state|picture|thresholds|obj|ply|stl|gltf|glb|fbx]: fuzzes the readers of scenes,
+# states, pictures and thresholds, and the import of meshes, each for so long, with AddressSanitizer and
+# UBSan. Anything found fails and leaves its input in build/fuzz/.
 set -eu
 cd "$(dirname "$0")/.."
 seconds=${1:-60}
-only=${2:-scene state picture obj ply stl gltf glb fbx}
+only=${2:-scene state picture thresholds obj ply stl gltf glb fbx}
 out=build/fuzz
 command -v clang >/dev/null || { echo "fuzz: clang is missing: apt-get install clang" >&2; exit 66; }
 mkdir -p "$out"
@@ -70,8 +71,8 @@ for target in $only; do
         run state 65536 || bad=1
         ;;
     picture)
-        build picture "-lOpenEXRCore-3_1 -lavfilter -lavformat -lavcodec -lswscale -lavutil -lpng -lxxhash -lm" sim/base/*.c \
-            render/video.c $(ls render/image*.c) render/diff_gate.c render/file.c
+        build picture "-lOpenEXRCore-3_1 -lavfilter -lavformat -lavcodec -lswscale -lavutil -lpng -lxxhash -lm" \
+            sim/base/*.c render/video.c $(ls render/image*.c) render/diff_gate.c render/file.c
         # small pictures of each kind; the first byte says which
         size=32x24
         ffmpeg -nostdin -v error -y -f lavfi -i testsrc2=size=$size:rate=2:duration=1 "$out/small.mp4"
@@ -85,10 +86,16 @@ for target in $only; do
             n=$((n + 1))
         done
         { printf '\5'; cat "$out/small.mp4"; } >"$out/corpus_picture/mp4"
-        printf '\6profile: golden\npsnr: 45 dB\n[hero*.png]\nshare: 1 %%\nflip: off\n' \
-            >"$out/corpus_picture/thresholds"
         # few bytes may be many pixels, which are read more than once
         run picture 65536 90 || bad=1
+        ;;
+    thresholds)
+        build thresholds "-lxxhash -lm" sim/base/*.c render/diff_gate.c
+        printf '# limits\nprofile: golden\npsnr: 45 dB\nstep: 3\n[hero*.png]\nshare: 1 %%\nflip: off\n' \
+            >"$out/corpus_thresholds/sections"
+        printf 'moved: 2 mm\nrelative: 0.001\n\n[*.states]\nmoved: 0.002 m\nnodes: 0\n' \
+            >"$out/corpus_thresholds/states"
+        run thresholds 4096 || bad=1
         ;;
     obj | ply | stl | gltf | glb | fbx)
         build mesh "-lassimp -lxxhash -lm" "-DMESH_ENDING=\"$target\"" sim/base/*.c \
