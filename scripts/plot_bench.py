@@ -15,6 +15,7 @@ def number(text):
 
 
 def plot(rows, key, title, path):
+    """Run time against error, a line for each key."""
     groups = {}
     for row in rows:
         cpu, error = number(row["cpu_s"]), number(row["error"])
@@ -75,4 +76,5 @@ def main():
          "swing: rms error in time, n = 26", folder + "/swing")
 
 
-main()
+if __name__ == "__main__":
+    main()

@@ -3,6 +3,7 @@
 #
 #   slurm_array.sh render RUN -o FILE [--parts N] [render options]   frames of one run, in N tasks
 #   slurm_array.sh film SCENE... -o FOLDER [film options]            one scene a task: a sweep
+#   slurm_array.sh study FOLDER                                      the runs of `toile study --slurm`
 #
 # Parts of a video are joined without encoding again; pictures of a sequence need no joining. Tasks and
 # this script must see the same files. Waits for the end; exit code 0 when every task succeeded.
@@ -43,6 +44,11 @@ task_film() {
     set --
     while IFS= read -r word; do set -- "$@" "$word"; done <"$folder/arguments"
     exec "$toile" film "$scene" -o "$folder/${name%.*}.mp4" --quiet --threads 1 "$@"
+}
+
+task_study() {
+    name=$(sed -n "$((SLURM_ARRAY_TASK_ID + 1))p" "$1/runs")
+    exec "${PYTHON:-/usr/bin/python3}" "$here/study.py" --run "$1" "$name"
 }
 
 # ---- outside ----
@@ -121,12 +127,19 @@ film() {
     submit $(($(wc -l <"$log/scenes") - 1)) task_film "'$log'"
 }
 
+study() {
+    [ -s "${1:-}/runs" ] || fail "study: a folder with the list 'runs' is missing"
+    log=$(readlink -f "$1")/tasks
+    mkdir -p "$log"
+    submit $(($(wc -l <"$log/../runs") - 1)) task_study "'$(readlink -f "$1")'"
+}
+
 verb=${1:-}
 [ $# -gt 0 ] && shift
 case $verb in
-task_render | task_film) "$verb" "$@" ;;
-render | film)
+task_render | task_film | task_study) "$verb" "$@" ;;
+render | film | study)
     command -v sbatch >/dev/null || { echo "slurm_array: there is no Slurm here (sbatch)" >&2; exit 66; }
     "$verb" "$@" ;;
-*) sed -n '2,11s/^# \{0,1\}//p' "$0" >&2; exit 2 ;;
+*) sed -n '2,12s/^# \{0,1\}//p' "$0" >&2; exit 2 ;;
 esac

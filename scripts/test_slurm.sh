@@ -93,6 +93,11 @@ frames=$(ffprobe -v error -count_frames -show_entries stream=nb_read_frames -of 
 sed 's/denim/canvas/' scene.yaml >stiff.yaml
 "$here/slurm_array.sh" film scene.yaml stiff.yaml -o films --quality draft
 [ -s films/scene.mp4 ] && [ -s films/stiff.mp4 ] || { echo "slurm: films are missing" >&2; exit 1; }
+if "${PYTHON:-/usr/bin/python3}" -c 'import numpy, matplotlib' 2>/dev/null; then
+    "$here/toile" study scene.yaml -o studied --nodes 0.5,1 --slurm >study.txt
+    grep -q 'the reference' studied/study.csv && [ "$(grep -c ^study studied/study.csv)" -eq 2 ] ||
+        { echo "slurm: the study is not whole" >&2; exit 1; }
+fi
 if "$here/slurm_array.sh" render run -o bad.mkv --parts 2 --look no-such-look 2>/dev/null || [ -e bad.mkv ]; then
     echo "slurm: a failed task went unnoticed" >&2
     exit 1

@@ -95,9 +95,24 @@ static void print_json(const Sim *sim, const Cost *cost, FILE *out) {
     fprintf(out,
             "{\"schema\": \"toile-check-1\", \"scene\": \"%s\", \"unknowns\": %d, "
             "\"stepper\": \"%s\", \"step_s\": %.6g, \"frames\": %d, \"cpu_s\": %.3g, "
-            "\"memory_mb\": %.3g}\n",
+            "\"memory_mb\": %.3g, \"cloths\": [",
             sim->scene->title, 3 * sim->system.node_count, sim->stepper->name, cost->step,
             sim->scene->film.frame_count, cost->seconds, cost->megabytes);
+    for (int c = 0; c < sim->system.cloth_count; c++) {
+        const Cloth *cloth = &sim->system.cloths[c];
+        fprintf(out,
+                "%s{\"name\": \"%s\", \"model\": \"%s\", \"nodes\": %d, \"lattice\": [%d, %d], "
+                "\"wraps\": %s}",
+                c ? ", " : "", cloth->def->name, cloth->model->name, cloth->node_count,
+                cloth->panel.nu, cloth->panel.nv, cloth->panel.wrap ? "true" : "false");
+    }
+    fputs("], \"reference\": [", out);
+    for (int i = 0; i < sim->scene->reference_count; i++) {
+        const ReferenceDef *r = &sim->scene->references[i];
+        fprintf(out, "%s{\"cloth\": %d, \"at\": [%.17g, %.17g], \"is\": [%.17g, %.17g, %.17g]}",
+                i ? ", " : "", r->cloth, r->at[0], r->at[1], r->is.x, r->is.y, r->is.z);
+    }
+    fputs("]}\n", out);
 }
 
 void plan_print(const Sim *sim, FILE *out, bool json) {

@@ -132,6 +132,8 @@ static const Field scene_fields[] = {
      .print = scene_print_handles, .help = "a list: nodes that are held, moved, let go"},
     {"obstacles", FIELD_CUSTOM, .group = &obstacle_schema, .read = scene_read_obstacles,
      .print = scene_print_obstacles, .help = "solids that cloth meets, each under a name"},
+    {"reference", FIELD_CUSTOM, .group = &reference_schema, .read = scene_read_references,
+     .print = scene_print_references, .help = "a list: exact places, with which study compares"},
     {"gravity", FIELD_CUSTOM, offsetof(Scene, gravity), .unit = "m/s2", .min = -1e4, .max = 1e4,
      .read = read_gravity, .print = print_gravity,
      .help = "downwards, or a vector; default 9.81 m/s2"},

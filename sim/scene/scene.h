@@ -18,6 +18,7 @@
 #include "sim/scene/garment.h"
 #include "sim/scene/mesh.h"
 #include "sim/scene/motion.h"
+#include "sim/scene/reference.h"
 
 #define SCENE_VERSION 1
 typedef enum ShapeKind {
@@ -163,8 +164,7 @@ typedef struct SolverDef {
     int newton_iterations;   /* per implicit step; 2 */
     double courant;          /* explicit step / stability limit; 0.8 */
     double tolerance;        /* [m] error of one step that rk45 accepts; 1e-5 */
-    double contact_distance; /* [m] distance kept from obstacles and other cloth; 0 = from the
-                                thickness */
+    double contact_distance; /* [m] kept from obstacles and other cloth; 0 = by the thickness */
     bool self_contact;       /* cloth meets itself and other cloth; true */
     double lag; /* [s] an obstacle that pinched cloth keeps further behind ends the run; 1 s */
 } SolverDef;
@@ -172,17 +172,17 @@ typedef struct SolverDef {
 typedef struct Scene {
     const char *path;  /* as given */
     const char *text;  /* the whole file */
-    uint64_t hash;     /* of every value of the effective scene, fabrics and includes too; comments
-                          and the way that numbers are written do not count */
+    uint64_t hash;     /* of every value, fabrics and includes too; how it is written is left out */
     const char *title; /* file name without ending, or `title` */
     Film film;         /* frame_count = seconds * rate */
     Vec3 gravity;      /* [m/s2] (0, 0, -9.81) */
     AirDef air;
     SolverDef solver;
-    int cloth_count, handle_count, obstacle_count;
+    int cloth_count, handle_count, obstacle_count, reference_count;
     ClothDef *cloths;
     HandleDef *handles;
     ObstacleDef *obstacles;
+    ReferenceDef *references;
     int warning_count;
     const char *const *warnings; /* one line each, "file:line:column: warning: ..." */
 } Scene;

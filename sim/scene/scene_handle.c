@@ -113,7 +113,7 @@ static bool read_region(Reader *reader, const Yaml *value, const char *text, con
     return true;
 }
 
-static bool find_cloth(Reader *reader, const Yaml *value, const char *name, int *cloth) {
+bool scene_find_cloth(Reader *reader, const Yaml *value, const char *name, int *cloth) {
     const Scene *scene = scene_context(reader)->scene;
     const char **names = arena_push(reader->arena, const char *, scene->cloth_count + 1);
     for (int i = 0; i < scene->cloth_count; i++) {
@@ -170,7 +170,7 @@ static bool read_target(Reader *reader, const HandleKeys *keys, const Yaml *valu
     if (dot) {
         *dot = '\0';
     }
-    if (!find_cloth(reader, value, name, &handle->cloth)) {
+    if (!scene_find_cloth(reader, value, name, &handle->cloth)) {
         return false;
     }
     const ClothDef *cloth = &scene_context(reader)->scene->cloths[handle->cloth];

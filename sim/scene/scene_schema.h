@@ -23,12 +23,17 @@ typedef struct SceneContext {
 static inline SceneContext *scene_context(const Reader *reader) { return reader->context; }
 
 extern const Schema scene_schema, film_schema, camera_schema, cloth_schema, shape_schema,
-    polygon_schema, garment_schema, handle_schema, obstacle_schema, mesh_schema, motion_schema,
-    pose_turn_schema;
+    polygon_schema, garment_schema, handle_schema, reference_schema, obstacle_schema, mesh_schema,
+    motion_schema, pose_turn_schema;
 
 /* custom fields of scene_schema; `member` is the Scene */
-FieldRead scene_read_film, scene_read_cloths, scene_read_handles, scene_read_obstacles;
-FieldPrint scene_print_film, scene_print_cloths, scene_print_handles, scene_print_obstacles;
+FieldRead scene_read_film, scene_read_cloths, scene_read_handles, scene_read_obstacles,
+    scene_read_references;
+FieldPrint scene_print_film, scene_print_cloths, scene_print_handles, scene_print_obstacles,
+    scene_print_references;
+
+/* Index of the cloth of that name; false and a report at `value`. */
+bool scene_find_cloth(Reader *reader, const Yaml *value, const char *name, int *cloth);
 
 FieldRead shape_read; /* member: ShapeDef */
 FieldPrint shape_print;
