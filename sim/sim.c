@@ -69,7 +69,7 @@ bool sim_create(Sim *sim, const Scene *scene, const SimOptions *options, Error *
         return give_up(sim);
     }
     sim->state = state_allocate(&sim->system, &sim->arena);
-    sim->packed = arena_push(&sim->arena, double, 6 * sim->system.node_count);
+    sim->packed = arena_push(&sim->arena, double, 9 * sim->system.node_count);
     state_start(&sim->system, &sim->state);
     if (!start_make_legal(&sim->system, &sim->state, &sim->moved_at_start, error)) {
         sim_destroy(sim);
@@ -180,16 +180,20 @@ bool sim_write_start(const Sim *sim, StateWriter *writer, Error *error) {
     return ok;
 }
 
-/* nodes without ghosts: x to the first half of packed, v to the second */
+/* nodes without ghosts: x to the first third of packed, v and the forces of contacts to the others */
 static void pack(Sim *sim) {
     const System *system = &sim->system;
     double *x = sim->packed, *v = sim->packed + 3 * (size_t)system->node_count;
+    double *force = v + 3 * (size_t)system->node_count;
     for (int c = 0; c < system->cloth_count; c++) {
         size_t from = 3 * (size_t)system->first[c];
         size_t count = 3 * (size_t)system->cloths[c].node_count;
         memcpy(x, sim->state.x + from, count * sizeof *x);
         memcpy(v, sim->state.v + from, count * sizeof *v);
-        x += count, v += count;
+        if (sim->state.contact_force) {
+            memcpy(force, sim->state.contact_force + from, count * sizeof *force);
+        }
+        x += count, v += count, force += count;
     }
 }
 
@@ -241,6 +245,8 @@ bool sim_write_frame(Sim *sim, StateWriter *writer, Error *error) {
                         .v = sim->packed + 3 * (size_t)sim->system.node_count,
                         .pose_count = sim->system.contact.obstacle_count,
                         .pose = sim->state.contact.poses};
+    frame.contact_force =
+        sim->state.contact_force ? sim->packed + 6 * (size_t)sim->system.node_count : NULL;
     Arena arena = {0};
     frame.moved = layout_moved(sim->scene, sim->state.contact.clocks, &arena, &frame.moved_count);
     Kept kept[KEPT_COUNT];
@@ -310,12 +316,16 @@ bool sim_load_frame(Sim *sim, StateReader *reader, int index, Error *error) {
         frame.pose_count != sim->system.contact.obstacle_count) {
         return error_set(error, EXIT_BAD_INPUT, "the run has another layout");
     }
-    const double *x = frame.x, *v = frame.v;
+    const double *x = frame.x, *v = frame.v, *force = frame.contact_force;
     for (int c = 0; c < sim->system.cloth_count; c++) {
         size_t to = 3 * (size_t)sim->system.first[c];
         size_t count = 3 * (size_t)sim->system.cloths[c].node_count;
         memcpy(sim->state.x + to, x, count * sizeof *x);
         memcpy(sim->state.v + to, v, count * sizeof *v);
+        if (sim->state.contact_force && force) { /* cloth that sleeps keeps them */
+            memcpy(sim->state.contact_force + to, force, count * sizeof *force);
+            force += count;
+        }
         x += count, v += count;
     }
     memcpy(sim->state.contact.poses, frame.pose, (size_t)frame.pose_count * sizeof *frame.pose);

@@ -26,7 +26,7 @@ typedef struct Sim {
     Statistics statistics; /* of the last frame */
     Statistics total;      /* sums over the frames made by this process */
     int moved_at_start;    /* vertices that were taken out of solids */
-    double *packed;        /* (node_count x 6) positions, velocities without ghosts */
+    double *packed;        /* (node_count x 9) positions, velocities, forces without ghosts */
 } Sim;
 
 SimOptions sim_options_default(void);

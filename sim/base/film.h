@@ -37,6 +37,9 @@ typedef struct FilmView {
     FilmMove move;
 } FilmView;
 
+/* The look that shows contact forces: only runs of scenes that name it hold them. */
+#define FILM_LOOK_CONTACT "contact-force"
+
 typedef enum FilmSurface { FILM_MESH, FILM_SPLATS } FilmSurface;
 #define FILM_TITLE_SIZE 128
 

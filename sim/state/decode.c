@@ -319,6 +319,13 @@ bool decode_frame(const StateArray *a, int n, const StateHeader *header, const S
         *why = "the frame lacks the vertices of a mesh";
         return false;
     }
+    const StateArray *force = record_find(a, n, "contact.force", STATE_F64, 3);
+    frame->contact_force = force ? force->data : NULL;
+    if (force && (force->count != layout->node_count ||
+                  !all_finite(force->data, 3 * (int64_t)layout->node_count))) {
+        *why = "the frame's contact forces are not those of its nodes";
+        return false;
+    }
     if (!all_finite(frame->x, 3 * (int64_t)layout->node_count) ||
         !all_finite(frame->v, 3 * (int64_t)layout->node_count) ||
         !all_finite(frame->moved, 3 * (int64_t)frame->moved_count)) {

@@ -48,6 +48,7 @@
  *                                         closed outlines [m], outer loop first, anticlockwise
  * FRAM  frame i32[1], time f64[1] [s], x f64[nodes][3] [m], v f64[nodes][3] [m/s],
  *       pose f64[obstacles][7]            shift x y z [m], unit quaternion w x y z
+ *       contact.force f64[nodes][3]       [N] on the cloth; only where a look shows it (film.h)
  *       obstacle.moved f64[][3]           [m] vertices of the meshes that move by themselves, one
  *                                         after the other, before the pose
  *       stat f64[] with names in statistics u8[] (one per line), and whatever the stepper
@@ -148,7 +149,8 @@ typedef struct StateFrame {
     int pose_count;
     const Pose *pose; /* (obstacle_count) */
     int moved_count;
-    const double *moved; /* [m] (moved_count x 3) vertices of all meshes that move */
+    const double *moved;         /* [m] (moved_count x 3) vertices of all meshes that move */
+    const double *contact_force; /* [N] (node_count x 3); NULL: not kept */
 } StateFrame;
 
 /* ---- writing ---- */

@@ -225,7 +225,7 @@ bool state_write_layout(StateWriter *writer, const StateLayout *l, Error *error)
 
 bool state_write_frame(StateWriter *writer, const StateFrame *frame, int node_count,
                        const StateArray *extra, int extra_count, Error *error) {
-    ASSERT(extra_count <= WRITER_MAX_ARRAYS - 6);
+    ASSERT(extra_count <= WRITER_MAX_ARRAYS - 7);
     int32_t number = frame->frame;
     StateArray arrays[WRITER_MAX_ARRAYS] = {
         array_of("frame", STATE_I32, 1, 1, &number),
@@ -238,6 +238,9 @@ bool state_write_frame(StateWriter *writer, const StateFrame *frame, int node_co
     if (frame->moved_count > 0) {
         arrays[count++] =
             array_of("obstacle.moved", STATE_F64, 3, frame->moved_count, frame->moved);
+    }
+    if (frame->contact_force) {
+        arrays[count++] = array_of("contact.force", STATE_F64, 3, node_count, frame->contact_force);
     }
     if (extra_count > 0) {
         memcpy(arrays + count, extra, (size_t)extra_count * sizeof *extra);

@@ -5,6 +5,7 @@
 
 #include "sim/base/parallel.h"
 #include "sim/step/air.h"
+#include "sim/step/impulse.h"
 #include "sim/step/stepper.h"
 
 /* nodes a thread takes at once, some 10 us; with fewer, starting the threads costs more than they
@@ -49,6 +50,7 @@ struct Explicit {
     double damped;   /* [J] of this interval: by mass damping, of cloths without a sweep */
     double air_work; /* [J] of this interval */
     double limit;    /* [s] */
+    Impulse impulse; /* of contacts in this interval */
 };
 
 static void place_lattice(Explicit *e, int c, int *slots) {
@@ -371,8 +373,7 @@ static void place_targets(Explicit *e, double time) {
     e->targets_known = true;
 }
 
-/* velocity that carries one held place to its target; adds the work done on the cloth: minus
- * internal force times motion */
+/* takes one held place to its target; adds the work on the cloth: minus inner force times motion */
 static void steer_place(Explicit *e, int i, const SweepKick *kick, double dt, double *work) {
     int slot = e->slot[i];
     double mass = e->system->mass[i], *v_held = e->v_held + 3 * i;
@@ -476,6 +477,7 @@ static void kick_with_contact(Explicit *e, double dt, double share, double time_
     if (e->contact) {
         contact_forces(e->contact, dt, share, time_end);
     }
+    impulse_add(&e->impulse, e->system, &e->lanes, e->slot, share * dt);
     kick(e, share * dt);
     if (e->contact) {
         contact_clear(e->contact);
@@ -557,15 +559,15 @@ static void store(Explicit *e, State *state, double time_end) {
     if (e->contact) {
         contact_end(e->contact, &state->contact);
     }
+    impulse_end(&e->impulse, e->system, state);
 }
 
 static void mark_held(Explicit *e, double time) {
     system_mark_held(e->system, time, e->held);
     e->held_count = 0;
     for (int i = 0; i < e->system->place_count; i++) {
-        if (e->held[i]) {
-            e->held_places[e->held_count++] = i;
-        }
+        e->held_places[e->held_count] = i;
+        e->held_count += e->held[i] != 0;
     }
 }
 
@@ -584,16 +586,15 @@ ExplicitResult explicit_interval(Explicit *e, const ExplicitRun *run, State *sta
     }
     double contact, before = total_energy(e, run->dt, state, &result.energy_scale, &contact);
     memcpy(e->v_held, state->v, 3 * (size_t)e->system->place_count * sizeof *e->v_held);
+    impulse_start(&e->impulse, e->system, state);
     run_steps(e, run, state, &result);
-    double elapsed = run->kinetic_damping ? 0.0 : run->steps * run->dt;
-    store(e, state, state->time + elapsed);
+    store(e, state, state->time + (run->kinetic_damping ? 0.0 : run->steps * run->dt));
     double after = total_energy(e, run->dt, state, &result.energy_scale, &result.contact_energy);
     result.energy_gain = after - before + e->damped;
     result.finite = isfinite(after) && isfinite(result.fastest);
-    result.work += e->air_work;
     if (e->contact) {
         result.contact = *contact_statistics(e->contact);
-        result.work += result.contact.work;
     }
+    result.work = result.work + e->air_work + result.contact.work;
     return result;
 }

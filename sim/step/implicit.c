@@ -281,6 +281,14 @@ void implicit_store_contact(Implicit *im, const double *x, State *state) {
         barrier_look(im->barrier, x);
         barrier_end(im->barrier, &state->contact);
     }
+    if (im->barrier && state->contact_force) { /* minus the gradient */
+        int count = 3 * im->system->place_count;
+        memset(state->contact_force, 0, (size_t)count * sizeof *state->contact_force);
+        barrier_add_gradient(im->barrier, state->contact_force);
+        for (int i = 0; i < count; i++) {
+            state->contact_force[i] = -state->contact_force[i];
+        }
+    }
 }
 
 double implicit_residual(Implicit *im, const unsigned char *held, const State *start,

@@ -262,6 +262,14 @@ long system_crossings(const System *system, const State *state) {
     return crossings;
 }
 
+static bool shows_contact(const System *system) {
+    bool shows = false;
+    for (int c = 0; c < system->cloth_count; c++) {
+        shows = shows || strcmp(system->cloths[c].def->look, FILM_LOOK_CONTACT) == 0;
+    }
+    return shows;
+}
+
 State state_allocate(const System *system, Arena *arena) {
     int n = 3 * system->place_count, o = system->contact.obstacle_count;
     int pairs = system_has_contact(system) ? CONTACT_MEMORY_PER_VERTEX * system->node_count : 0;
@@ -270,6 +278,7 @@ State state_allocate(const System *system, Arena *arena) {
                    .x_before = arena_push(arena, double, n),
                    .v_before = arena_push(arena, double, n),
                    .history = arena_push(arena, double, system->history_count),
+                   .contact_force = shows_contact(system) ? arena_push(arena, double, n) : NULL,
                    .contact = {.poses = arena_push(arena, Pose, o),
                                .clocks = arena_push(arena, double, o),
                                .bristles = arena_push(arena, double, n *o),
@@ -290,6 +299,9 @@ void state_copy(const System *system, State *to, const State *from) {
     memcpy(to->contact.poses, from->contact.poses, o * sizeof *to->contact.poses);
     memcpy(to->contact.clocks, from->contact.clocks, o * sizeof *to->contact.clocks);
     memcpy(to->contact.bristles, from->contact.bristles, n * o * sizeof *to->contact.bristles);
+    if (from->contact_force) {
+        memcpy(to->contact_force, from->contact_force, n * sizeof *to->contact_force);
+    }
     to->contact.approach = from->contact.approach;
     to->contact.stiffness = from->contact.stiffness;
     to->contact.shrink = from->contact.shrink;

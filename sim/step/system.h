@@ -54,6 +54,9 @@ typedef struct State {
     double *history;    /* (system.history_count) of the cloths, one after the other */
     double calm;        /* [s] for which nothing has moved; explicit cloth then sleeps */
     ContactMemory contact;
+    double
+        *contact_force; /* [N] (place_count x 3) of contacts on the cloth: explicit, the mean over
+                              the last run of steps; implicit, at x. NULL: no look asks for it */
 } State;
 
 /* What happened in one frame; names in statistic_names. */
