@@ -73,6 +73,9 @@ static bool find_values(Drawer *drawer, const StateLayout *layout, const StateFr
         if (drawer->kinds[i] == QUANTITY_NONE) {
             continue;
         }
+        if (!quantity_is_kept(drawer->kinds[i], frame, error)) {
+            return false;
+        }
         if (!resample_takes_values(layout, i)) {
             return error_set(error, EXIT_BAD_INPUT,
                              "look %s: the surface of cloth %d is not at its nodes",
@@ -178,12 +181,14 @@ static uint64_t hash_frame(const Drawer *drawer, const StateFrame *frame,
                            const StateLayout *layout) {
     const Film *film = &drawer->film;
     size_t nodes = 3 * sizeof(double) * (size_t)layout->node_count;
-    uint64_t parts[6] = {hash_bytes(frame->x, nodes),
+    bool forces = drawer->shown_kinds[QUANTITY_CONTACT] && frame->contact_force;
+    uint64_t parts[7] = {hash_bytes(frame->x, nodes),
                          hash_bytes(frame->pose, sizeof(Pose) * (size_t)frame->pose_count),
                          hash_bytes(frame->moved, 3 * sizeof(double) * (size_t)frame->moved_count),
                          draw_needs_velocities(drawer) ? hash_bytes(frame->v, nodes) : 0,
                          film->show_time ? hash_bytes(&frame->time, sizeof frame->time) : 0,
-                         hash_camera(drawer, layout, frame)};
+                         hash_camera(drawer, layout, frame),
+                         forces ? hash_bytes(frame->contact_force, nodes) : 0};
     return hash_bytes(parts, sizeof parts);
 }
 

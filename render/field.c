@@ -115,6 +115,17 @@ static void find_triangle(const int32_t *corner, const Slopes *slopes, const dou
     curvature[2] = -0.5 * (vec3_dot(nu, xv) + vec3_dot(nv, xu));
 }
 
+void field_find_areas(const FieldMesh *mesh, double *area) {
+    memset(area, 0, sizeof *area * (size_t)mesh->vertex_count);
+    for (int t = 0; t < mesh->triangle_count; t++) {
+        const int32_t *corner = mesh->triangles + 3 * (size_t)t;
+        Slopes slopes;
+        for (int k = 0; k < 3 && find_slopes(mesh, corner, &slopes); k++) {
+            area[corner[k]] += slopes.area / 6.0;
+        }
+    }
+}
+
 void field_compute(const FieldMesh *mesh, const double *x, Field *field) {
     size_t count = (size_t)mesh->vertex_count;
     field_find_normals(mesh, x, field);

@@ -43,6 +43,8 @@ Field field_create(int vertex_count, Arena *arena);
 void field_find_normals(const FieldMesh *mesh, const double *x, Field *field);
 /* error: (vertex_count); fills the rest too. */
 void field_find_errors(const FieldMesh *mesh, const double *x, Field *field, double *error);
+/* area: [m2] (vertex_count) of the panel: a vertex has a third of each of its triangles. */
+void field_find_areas(const FieldMesh *mesh, double *area);
 /* All but the error. */
 void field_compute(const FieldMesh *mesh, const double *x, Field *field);
 

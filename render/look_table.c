@@ -330,7 +330,10 @@ const Look looks[] = {
     {.name = "speed", .about = "speed", .quantity = QUANTITY_SPEED},
     {.name = "error",
      .about = "how wrong the strain may be: its jumps between triangles",
-     .quantity = QUANTITY_ERROR}};
+     .quantity = QUANTITY_ERROR},
+    {.name = FILM_LOOK_CONTACT,
+     .about = "force of contacts over the area of cloth",
+     .quantity = QUANTITY_CONTACT}};
 const int look_count = COUNT(looks);
 
 const PropLook prop_looks[] = {

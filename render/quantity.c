@@ -18,6 +18,7 @@ const Quantity quantities[QUANTITY_COUNT] = {
     [QUANTITY_CURVATURE] = {"mean curvature", "1/m", 1.0, &colormap_diverging},
     [QUANTITY_SPEED] = {"speed", "m/s", 1.0, &colormap_sequential},
     [QUANTITY_ERROR] = {"error of strain", "%", 100.0, &colormap_sequential},
+    [QUANTITY_CONTACT] = {"contact force per area", "Pa", 1.0, &colormap_sequential},
 };
 
 static void find_speeds(const StateLayout *layout, const StateFrame *frame, int cloth,
@@ -27,6 +28,27 @@ static void find_speeds(const StateLayout *layout, const StateFrame *frame, int 
     for (int i = layout->vertex_begin[cloth]; i < layout->vertex_begin[cloth + 1]; i++) {
         *values++ = vec3_length(vec3_load(v + 3 * (size_t)i));
     }
+}
+
+/* A vertex has a third of the cloth in each of its triangles. */
+static void find_pressures(const StateLayout *layout, const StateFrame *frame, int cloth,
+                           Arena *scratch, double *values) {
+    double *s = arena_push(scratch, double, 3 * (size_t)layout->vertex_count);
+    FieldMesh mesh = field_mesh_create(layout, cloth, scratch);
+    double *area = arena_push(scratch, double, (size_t)mesh.vertex_count);
+    state_surface(layout, frame->contact_force, s);
+    field_find_areas(&mesh, area);
+    for (int i = 0; i < mesh.vertex_count; i++) {
+        double force = vec3_length(vec3_load(s + 3 * ((size_t)layout->vertex_begin[cloth] + i)));
+        values[i] = area[i] > 0.0 ? force / area[i] : 0.0;
+    }
+}
+
+bool quantity_is_kept(QuantityKind kind, const StateFrame *frame, Error *error) {
+    return kind != QUANTITY_CONTACT || frame->contact_force ||
+           error_set(error, EXIT_BAD_INPUT,
+                     "look " FILM_LOOK_CONTACT ": the run holds no forces of contacts; simulate a "
+                     "scene with 'look: " FILM_LOOK_CONTACT "'");
 }
 
 static void find_fields(QuantityKind kind, const StateLayout *layout, const StateFrame *frame,
@@ -55,6 +77,8 @@ void quantity_compute(QuantityKind kind, const StateLayout *layout, const StateF
     ArenaMark mark = arena_mark(scratch);
     if (kind == QUANTITY_SPEED) {
         find_speeds(layout, frame, cloth, scratch, values);
+    } else if (kind == QUANTITY_CONTACT) {
+        find_pressures(layout, frame, cloth, scratch, values);
     } else {
         find_fields(kind, layout, frame, cloth, scratch, values);
     }
@@ -66,13 +90,15 @@ static int compare_numbers(const void *a, const void *b) {
     return (x > y) - (x < y);
 }
 
-/* What RANGE_PART of the absolute values do not exceed; sorts them. */
+/* What RANGE_PART of the absolute values that are not 0 do not exceed; sorts them. */
 static double reach_of(double *values, int count) {
+    int used = 0;
     for (int i = 0; i < count; i++) {
-        values[i] = fabs(values[i]);
+        values[used] = fabs(values[i]);
+        used += values[used] > 0.0;
     }
-    qsort(values, (size_t)count, sizeof *values, compare_numbers);
-    return count > 0 ? values[(int)(RANGE_PART * (count - 1))] : 0.0;
+    qsort(values, (size_t)used, sizeof *values, compare_numbers);
+    return used > 0 ? values[(int)(RANGE_PART * (used - 1))] : 0.0;
 }
 
 double quantity_round_up(double number) {
@@ -100,7 +126,8 @@ bool quantity_find_range(QuantityKind kind, Run *run, const QuantityKind *kinds,
         good = state_read_frame(run->reader, i, &frame, &layout, &layout_index, error);
         for (int cloth = 0; good && cloth < layout.cloth_count; cloth++) {
             int count = layout.vertex_begin[cloth + 1] - layout.vertex_begin[cloth];
-            if (kinds[cloth] == kind) {
+            good = kinds[cloth] != kind || quantity_is_kept(kind, &frame, error);
+            if (good && kinds[cloth] == kind) {
                 ArenaMark mark = arena_mark(&scratch);
                 double *values = arena_push(&scratch, double, (size_t)count);
                 quantity_compute(kind, &layout, &frame, cloth, &scratch, values);

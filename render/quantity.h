@@ -17,7 +17,8 @@ typedef enum QuantityKind {
     QUANTITY_SHEAR,
     QUANTITY_CURVATURE, /* mean of both principal ones, positive towards the face */
     QUANTITY_SPEED,
-    QUANTITY_ERROR, /* of the strain: field.h */
+    QUANTITY_ERROR,   /* of the strain: field.h */
+    QUANTITY_CONTACT, /* force of contacts over the area of cloth at rest around a vertex [Pa] */
     QUANTITY_COUNT
 } QuantityKind;
 
@@ -33,13 +34,16 @@ typedef struct QuantityRange {
     double low, high; /* SI */
 } QuantityRange;
 
+/* Whether the frame holds what the quantity is made of. Error: EXIT_BAD_INPUT. */
+bool quantity_is_kept(QuantityKind kind, const StateFrame *frame, Error *error);
+
 /* Values [SI] (vertices of that cloth) in this frame; scratch is left as it was. */
 void quantity_compute(QuantityKind kind, const StateLayout *layout, const StateFrame *frame,
                       int cloth, Arena *scratch, double *values);
 
 /* The range of one quantity over all frames that the run has now and the cloths whose entry in
- * kinds (cloth_count) names it: what holds 99 % of the vertices of every frame, widened to round
- * numbers. Errors: as state_read_frame. */
+ * kinds (cloth_count) names it: what holds 99 % of the vertices of every frame where it is not 0,
+ * widened to round numbers. Errors: as state_read_frame and quantity_is_kept. */
 bool quantity_find_range(QuantityKind kind, Run *run, const QuantityKind *kinds,
                          QuantityRange *range, Error *error);
 

@@ -50,6 +50,7 @@ static void fill_nodes(Swatch *swatch) {
     double *material = arena_push(&swatch->arena, double, 2 * count);
     double *x = arena_push(&swatch->arena, double, 3 * count);
     double *v = arena_push(&swatch->arena, double, 3 * count);
+    double *force = arena_push(&swatch->arena, double, 3 * count);
     for (int i = 0; i < count; i++) {
         double a = SWATCH_HEIGHT * (i % NODES_U) / (NODES_U - 1);
         double b = SWATCH_WIDTH * (i / NODES_U) / (NODES_V - 1);
@@ -57,10 +58,12 @@ static void fill_nodes(Swatch *swatch) {
         vec3_store(x + 3 * i, place(a, b));
         v[3 * i + 1] =
             SWATCH_HEIGHT - a; /* it swings about its upper border, once round a second */
+        force[3 * i + 1] = fmax(x[3 * i + 1], 0.0); /* a wall would press on the folds behind */
     }
     swatch->layout.material = swatch->layout.vertex_material = material;
     swatch->frame.x = x;
     swatch->frame.v = v;
+    swatch->frame.contact_force = force;
 }
 
 static void fill_triangles(Swatch *swatch) {

@@ -1,6 +1,7 @@
 #!/bin/sh
 # Every look, as triangles and as surfels, for looking at: FOLDER/LOOK-mesh.png, FOLDER/LOOK-splats.png, and sheets
-# FOLDER/sheet-mesh-01.png, ... of six. looks_sheet.sh FOLDER [WIDTHxHEIGHT [RUN]]
+# FOLDER/sheet-mesh-01.png, ... of six. A look that needs what the run does not hold is named and left out.
+# looks_sheet.sh FOLDER [WIDTHxHEIGHT [RUN]]
 set -eu
 cd "$(dirname "$0")/.."
 toile=scripts/toile
@@ -14,7 +15,7 @@ for surface in mesh splats; do
     number=0
     for look in $looks; do
         $toile render "$run" -o "$folder/$look-$surface.png" --size "$size" --look "$look" --surface $surface \
-            --title "$look, $surface" --threads 1 --quiet --force
+            --title "$look, $surface" --threads 1 --quiet --force || continue
         number=$((number + 1))
         ln -sf "$look-$surface.png" "$folder/$(printf 'list-%s-%02d.png' $surface $number)"
     done

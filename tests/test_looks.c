@@ -126,6 +126,9 @@ static void test_quantities(void **state) {
     CHECK_AT_MOST(worst(patch_path, QUANTITY_CURVATURE, 0.0, false), 1e-9);
     CHECK_AT_MOST(worst(patch_path, QUANTITY_SPEED, RENDER_PATCH_SPEED, false), 1e-9);
     CHECK_AT_MOST(worst(roll_path, QUANTITY_SPEED, 0.0, false), 1e-12);
+    /* as many newtons as metres a second, on the cell around an inner node */
+    double cell = 0.6 / (NODES - 1) * 0.4 / (NODES - 1), pressed = RENDER_PATCH_SPEED / cell;
+    CHECK_AT_MOST(worst(patch_path, QUANTITY_CONTACT, pressed, true) / pressed, 1e-9);
     /* one principal curvature is 1 / R away from the face, the other 0; chords are short of arcs */
     double mean = -0.5 / RENDER_ROLL_RADIUS;
     CHECK_AT_MOST(worst(roll_path, QUANTITY_CURVATURE, mean, true), 0.005 * fabs(mean));

@@ -329,7 +329,8 @@ static bool write_frames(StateWriter *writer, const Setup *setup, int first, int
                             .pose_count = setup->obstacle_count,
                             .pose = setup->poses,
                             .moved_count = setup->figure.vertex_count,
-                            .moved = moved};
+                            .moved = moved,
+                            .contact_force = v}; /* as many newtons: any numbers will do */
         if (setup->figure.vertex_count > 0) {
             mesh_positions(&setup->figure, time, moved);
         }
