@@ -246,6 +246,32 @@ static void test_damage(void **unused) {
     free(whole);
 }
 
+/* A record of nearly 2^63 bytes: damage behind good frames, without a sum that overflows. */
+static void test_impossible_size(void **unused) {
+    (void)unused;
+    write_whole_file();
+    StateReader *reader = state_open(path, NULL);
+    state_refresh(reader);
+    int frames = state_frame_count(reader);
+    int64_t end = state_frame_end(reader, frames - 1);
+    state_reader_close(reader);
+    assert_true(frames > 0);
+    unsigned char head[24] = "FRAM";
+    memset(head + 8, 0xff, 8);
+    head[8] = 0xf0, head[15] = 0x7f;
+    FILE *file = fopen(path, "r+b");
+    assert_non_null(file);
+    assert_int_equal(fseek(file, (long)end, SEEK_SET), 0);
+    assert_int_equal(fwrite(head, 1, sizeof head, file), sizeof head);
+    fclose(file);
+    reader = state_open(path, NULL);
+    assert_non_null(reader);
+    assert_int_equal(state_refresh(reader), STATE_DAMAGED);
+    assert_int_equal(state_frame_count(reader), frames);
+    assert_non_null(strstr(state_damage(reader), "size is impossible"));
+    state_reader_close(reader);
+}
+
 static void test_foreign(void **unused) {
     (void)unused;
     Error error = {0};
@@ -263,7 +289,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_round_trip),        cmocka_unit_test(test_meshes),
         cmocka_unit_test(test_follow_and_resume), cmocka_unit_test(test_damage),
-        cmocka_unit_test(test_foreign),
+        cmocka_unit_test(test_impossible_size),   cmocka_unit_test(test_foreign),
     };
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
     unlink(path);

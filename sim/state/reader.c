@@ -138,7 +138,10 @@ StateStatus state_refresh(StateReader *reader) {
         ArenaMark mark = arena_mark(&reader->frame_arena);
         LoadResult result =
             load_record(reader, reader->scanned, &reader->frame_arena, &head, arrays, &why);
-        int64_t end = reader->scanned + RECORD_HEAD + (int64_t)head.payload_bytes;
+        int64_t end = 0;
+        if (result == LOAD_OK) { /* the size of any other record may be anything */
+            end = reader->scanned + RECORD_HEAD + (int64_t)head.payload_bytes;
+        }
         if (result == LOAD_OK && !index_record(reader, &head, arrays, reader->scanned, end, &why)) {
             result = LOAD_WRONG;
         }
