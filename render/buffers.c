@@ -49,6 +49,7 @@ static void create_surfels(Painter *painter, const Surface *surface) {
     cloth->cut =
         create_buffer(GL_ARRAY_BUFFER, count * (GLsizeiptr)sizeof *list, list, GL_STATIC_DRAW);
     cloth->bends = create_buffer(GL_ARRAY_BUFFER, 0, NULL, GL_STREAM_DRAW);
+    cloth->slopes = surface->slopes ? create_buffer(GL_ARRAY_BUFFER, 0, NULL, GL_STREAM_DRAW) : 0;
     arena_free(&scratch);
 }
 
@@ -115,6 +116,11 @@ void buffers_upload_cloth(Painter *painter, const Surface *surface) {
         gl.BufferData(GL_ARRAY_BUFFER, 6 * surface->vertex_count * (GLsizeiptr)sizeof(float),
                       surface->bends, GL_STREAM_DRAW);
     }
+    if (painter->cloth.slopes) {
+        gl.BindBuffer(GL_ARRAY_BUFFER, painter->cloth.slopes);
+        gl.BufferData(GL_ARRAY_BUFFER, 2 * surface->vertex_count * (GLsizeiptr)sizeof(float),
+                      surface->slopes, GL_STREAM_DRAW);
+    }
     if (painter->cloth.values) {
         gl.BindBuffer(GL_ARRAY_BUFFER, painter->cloth.values);
         gl.BufferData(GL_ARRAY_BUFFER, surface->vertex_count * (GLsizeiptr)sizeof(float),
@@ -127,8 +133,8 @@ void buffers_destroy_cloth(Painter *painter) {
     if (!cloth->uploaded) {
         return;
     }
-    GLuint buffers[] = {cloth->vertices, cloth->uv,   cloth->values, cloth->surfels,
-                        cloth->cut,      cloth->fine, cloth->coarse, cloth->bends};
+    GLuint buffers[] = {cloth->vertices, cloth->uv,     cloth->values, cloth->surfels, cloth->cut,
+                        cloth->fine,     cloth->coarse, cloth->bends,  cloth->slopes};
     gl.DeleteBuffers(sizeof buffers / sizeof *buffers, buffers);
     gl.DeleteBuffers(painter->def.cloth_count, cloth->blocks);
     gl.DeleteVertexArrays(1, &cloth->array);

@@ -80,6 +80,7 @@ typedef struct SurfaceBuffers {
     GLuint array, vertices, uv, values, surfels, fine,
         coarse;     /* values: of measuring looks, or 0; surfels: of splats, or 0 */
     GLuint bends;   /* of surfels, or 0 */
+    GLuint slopes;  /* of surfels with values, or 0 */
     GLuint cut;     /* three vertex numbers a surfel that the border cuts, or 0 */
     int *cut_begin; /* (cloth_count + 1) of each cloth's, in numbers */
     GLuint *blocks; /* (cloth_count) ClothBlock or MeasuredBlock */

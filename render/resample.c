@@ -93,6 +93,7 @@ Resampler *resample_create(const StateLayout *layout, const ResampleDef *def) {
     if (def->splats) {
         surface->surfels = arena_push(arena, Surfel, surface->vertex_count);
         surface->bends = arena_push(arena, float, 6 * surface->vertex_count);
+        surface->slopes = def->values ? arena_push(arena, float, 2 * surface->vertex_count) : NULL;
         surfel_fill(layout, surface);
     }
     return resampler;
@@ -154,7 +155,11 @@ void resample_values(Resampler *resampler, const StateLayout *layout, int cloth,
     }
     resampler->kinds[cloth]->evaluate(resampler->plans[cloth], points, points, true, spread);
     for (int i = 0; i < part->vertex_count; i++) {
-        surface->values[part->vertex_begin + i] = spread[i].position[0];
+        int at = part->vertex_begin + i;
+        surface->values[at] = spread[i].position[0];
+        for (int k = 0; k < 2 && surface->slopes; k++) { /* derivatives stand there */
+            surface->slopes[2 * at + k] = k == 0 ? spread[i].normal[0] : spread[i].tangent[0];
+        }
     }
     arena_rewind(&resampler->arena, mark);
 }

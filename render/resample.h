@@ -46,6 +46,7 @@ typedef struct Surface {
     float *uv;               /* [m] (vertex_count x 2), from the panel's corner */
     float *values;           /* (vertex_count) see resample_values; NULL unless asked for */
     Surfel *surfels;         /* (vertex_count) of splats, or NULL; then vertices hold du, dv */
+    float *slopes;    /* [1/m] (vertex_count x 2) of the values along u and v, of splats; or NULL */
     float *bends;     /* [1/m] (vertex_count x 6) of splats: n_u, n_v of the unit normal; or NULL */
     uint32_t *fine;   /* (fine_count x 3) triangles to look at */
     uint32_t *coarse; /* (coarse_count x 3) every second vertex: shadow, occlusion */

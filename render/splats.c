@@ -5,7 +5,7 @@
 
 #define TILE 32 /* [sample]: as the shaders have it */
 
-enum { STORAGE_VERTICES, STORAGE_SURFELS, STORAGE_VALUES, STORAGE_BENDS };
+enum { STORAGE_VERTICES, STORAGE_SURFELS, STORAGE_VALUES, STORAGE_BENDS, STORAGE_SLOPES };
 
 bool splats_create_programs(Painter *painter, Error *error) {
     SplatPrograms *programs = &painter->splats.programs;
@@ -93,6 +93,7 @@ static void bind_storage(const Painter *painter) {
     gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, STORAGE_BENDS, cloth->bends);
     if (cloth->values) {
         gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, STORAGE_VALUES, cloth->values);
+        gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, STORAGE_SLOPES, cloth->slopes);
     }
 }
 

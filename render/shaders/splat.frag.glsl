@@ -9,10 +9,10 @@ flat in vec3 line_b;
 #endif
 #ifndef VISIBLE
 in vec2 across_view;
-flat in vec2 direction;
+in vec2 direction;
 noperspective in float window_depth;
 #ifdef MEASURED
-flat in float value;
+in float value;
 #else
 uniform vec2 panel_scale; // [1/m] 1 / panel size
 #endif

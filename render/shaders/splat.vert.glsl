@@ -5,6 +5,7 @@ layout(std430, binding = 0) readonly buffer Vertices { float vertices[]; }; // S
 layout(std430, binding = 1) readonly buffer Surfels { float surfels[]; };   // Surfel
 #ifdef MEASURED
 layout(std430, binding = 2) readonly buffer Values { float values[]; };
+layout(std430, binding = 4) readonly buffer Slopes { float slopes[]; }; // of the values
 #endif
 
 #ifndef VISIBLE
@@ -24,10 +25,10 @@ flat out vec3 line_b;
 #endif
 #ifndef VISIBLE
 out vec2 across_view;    // of the normal, linear in the disc
-flat out vec2 direction; // of the tangent around the normal
+out vec2 direction;      // of the tangent around the normal
 noperspective out float window_depth; // where it really is
 #ifdef MEASURED
-flat out float value;
+out float value;
 #endif
 
 layout(binding = 0) uniform sampler2D tiles; // farthest depth seen in each
@@ -81,20 +82,20 @@ void main() {
     window_depth = gl_Position.z / gl_Position.w * 0.5 + 0.5;
     vec4 moved = world_clip * vec4(at + view_vector(at) * nearer, 1.0);
     gl_Position.z = moved.z / moved.w * gl_Position.w; // the same pixels as VISIBLE, to the bit
-    vec3 across, up;
-    view_frame(view, across, up);
-    vec3 seen = vec3(dot(n, across), dot(n, up), max(dot(n, view), 0.0)), first, second;
-    frame_around(seen, first, second);
-    vec3 tangent = normalize(du + vec3(1e-30, 0.0, 0.0));
-    tangent = vec3(dot(tangent, across), dot(tangent, up), dot(tangent, view));
     int bend = number * 6;
     vec3 nu = vec3(bends[bend], bends[bend + 1], bends[bend + 2]);
     vec3 nv = vec3(bends[bend + 3], bends[bend + 4], bends[bend + 5]);
-    vec3 turned = radius * (disc.x * nu + disc.y * nv) * (back ? -1.0 : 1.0);
-    across_view = seen.xy + vec2(dot(turned, across), dot(turned, up));
+    vec3 turned = n + radius * (disc.x * nu + disc.y * nv) * (back ? -1.0 : 1.0);
+    vec3 across, up, first, second, sight = view_vector(at);
+    view_frame(sight, across, up);
+    across_view = vec2(dot(turned, across), dot(turned, up));
+    turned = normalize(turned);
+    vec3 tangent = normalize(du - dot(du, turned) * turned + vec3(1e-30, 0.0, 0.0));
+    frame_around(vec3(dot(turned, across), dot(turned, up), max(dot(turned, sight), 0.0)), first, second);
+    tangent = vec3(dot(tangent, across), dot(tangent, up), dot(tangent, sight));
     direction = vec2(dot(tangent, first), dot(tangent, second));
 #ifdef MEASURED
-    value = values[number];
+    value = values[number] + radius * (disc.x * slopes[2 * number] + disc.y * slopes[2 * number + 1]);
 #endif
 #endif
 }
