@@ -41,9 +41,10 @@ static void fit_into(const Image *from, Image *image) {
 }
 
 bool draw_read_plate(Drawer *drawer, Error *error) {
-    const char *path = drawer->def.backdrop;
+    const char *given = drawer->def.backdrop;
+    const char *path = given ? given : drawer->film.backdrop.path;
     Image from = {0};
-    if (!path) {
+    if (!path[0] || (!given && drawer->def.clear)) { /* without a backdrop there is no scene's */
         return true;
     }
     if (drawer->def.clear) {
@@ -90,6 +91,24 @@ static bool split(const char *text, PrintText *print) {
     return true;
 }
 
+/* Reads a picture as the next of print_images. */
+static bool take_print(Drawer *drawer, const char *path, Error *error) {
+    Image *owned = &drawer->print_images[drawer->print_count];
+    if (!image_read(path, owned, error)) {
+        return false;
+    }
+    drawer->print_count++;
+    int longest = owned->width > owned->height ? owned->width : owned->height;
+    if (longest > MOST_PRINT_PIXELS) {
+        double scale = (double)MOST_PRINT_PIXELS / longest;
+        int width = (int)(scale * owned->width), height = (int)(scale * owned->height);
+        Image small = video_resize(owned, width < 1 ? 1 : width, height < 1 ? 1 : height);
+        image_free(owned);
+        *owned = small;
+    }
+    return true;
+}
+
 /* Into every cloth that it is for, of which the first owns the picture. */
 static bool read_print(Drawer *drawer, const char *text, Error *error) {
     const StateHeader *header = state_header(drawer->run->reader);
@@ -112,32 +131,32 @@ static bool read_print(Drawer *drawer, const char *text, Error *error) {
         return error_set(error, EXIT_USAGE, "--print: no cloth is called '%s'%s%s%s", wanted.cloth,
                          near ? "; did you mean '" : "", near ? near : "", near ? "'?" : "");
     }
-    if (!image_read(wanted.path, owned, error)) {
-        return false;
+    return take_print(drawer, wanted.path, error);
+}
+
+/* Prints of the scene; those of the command line come after them. */
+static bool read_scene_print(Drawer *drawer, int cloth, Error *error) {
+    const FilmPicture *print = &state_header(drawer->run->reader)->cloths[cloth].print;
+    if (!print->path[0]) {
+        return true;
     }
-    drawer->print_count++;
-    int longest = owned->width > owned->height ? owned->width : owned->height;
-    if (longest > MOST_PRINT_PIXELS) {
-        double scale = (double)MOST_PRINT_PIXELS / longest;
-        int width = (int)(scale * owned->width), height = (int)(scale * owned->height);
-        Image small = video_resize(owned, width < 1 ? 1 : width, height < 1 ? 1 : height);
-        image_free(owned);
-        *owned = small;
-    }
-    return true;
+    drawer->prints[cloth] = (Print){&drawer->print_images[drawer->print_count], print->width};
+    return take_print(drawer, print->path, error);
 }
 
 bool draw_read_prints(Drawer *drawer, Error *error) {
     bool good = true;
     int count = drawer->def.print_count, cloths = state_header(drawer->run->reader)->cloth_count;
     drawer->prints = arena_push(&drawer->arena, Print, cloths);
-    drawer->print_images = arena_push(&drawer->arena, Image, count);
+    drawer->print_images = arena_push(&drawer->arena, Image, count + cloths);
+    for (int i = 0; i < cloths && good; i++) {
+        good = read_scene_print(drawer, i, error);
+    }
     for (int i = 0; i < count && good; i++) {
         good = read_print(drawer, drawer->def.prints[i], error);
     }
     return good;
 }
-
 static uint64_t hash_image(const Image *image) {
     return hash_bytes(image->rgba, IMAGE_CHANNELS * (size_t)image->width * (size_t)image->height);
 }

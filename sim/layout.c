@@ -40,6 +40,7 @@ StateHeader layout_header(const Sim *sim, Arena *arena) {
         snprintf(cloths[c].name, STATE_WORD_SIZE, "%s", def->name);
         snprintf(cloths[c].fabric, STATE_WORD_SIZE, "%s", def->fabric.name);
         snprintf(cloths[c].look, STATE_WORD_SIZE, "%s", def->look);
+        cloths[c].print = def->print;
         cloths[c].thickness = sim->system.cloths[c].material.thickness;
     }
     StateObstacle *obstacles = arena_push(arena, StateObstacle, scene->obstacle_count);

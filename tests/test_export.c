@@ -71,8 +71,9 @@ static void in_folder(const char *name, char path[4200]) {
 /* again: frame before which the layout is written a second time; huge: the frame with a coordinate
  * that no float holds; -1: none */
 static void write_run(const char *name, int again, int huge) {
-    StateCloth cloths[2] = {{"square", "wool", "linen", 4e-4},
-                            {"ring", "wool", "teal-twill", 4e-4}};
+    StateCloth cloths[2] = {
+        {.name = "square", .fabric = "wool", .look = "linen", .thickness = 4e-4},
+        {.name = "ring", .fabric = "wool", .look = "teal-twill", .thickness = 4e-4}};
     StateHeader header = {.program = "toile test",
                           .scene_path = "s.yaml",
                           .scene_text = "toile: 1",

@@ -65,7 +65,8 @@ static void run_path(const char *name, char path[4200]) {
 
 /* meshes: size of the tetrahedron, which is the obstacle instead of the ball; 0: the ball is */
 static void write_run(const char *name, int first, int count, bool done, int meshes) {
-    StateCloth cloths[2] = {{"lower", "wool", "linen", 4e-4}, {"upper", "wool", "linen", 4e-4}};
+    const StateCloth lower = {.name = "lower", .fabric = "wool", .look = "linen"};
+    const StateCloth cloths[2] = {lower, {.name = "upper", .fabric = "wool", .look = "linen"}};
     StateObstacle ball = {"ball", "clay", {SOLID_SPHERE, {0, 0, 0}, 0.03}, NULL};
     const StateMesh mesh = {4, 4, tip, tip_faces, true, true};
     ball.mesh = meshes ? &mesh : NULL;

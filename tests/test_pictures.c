@@ -9,6 +9,7 @@
 #include "tests/support/check.h"
 #include "tests/support/folder.h"
 #include "tests/support/render_states.h"
+#include "tests/support/shell.h"
 
 #define WIDTH 640
 #define HEIGHT 360
@@ -157,6 +158,83 @@ static void expect_print(const char *text, ExitCode code, const char *words) {
     expect((DrawDef){.prints = prints, .print_count = 1}, code, words);
 }
 
+#define SCENE                                                                                      \
+    "toile: 1\nfilm: {rate: 30, seconds: 0.1, size: 320x180%s}\ncloth:\n  sheet:\n"                \
+    "    shape: {rectangle: {width: 20 cm, height: 20 cm}}\n    fabric: wool-tropical\n"           \
+    "    nodes: 5 x 5\n%s"
+
+/* Simulates a scene of this name and draws it with these options into NAME.png. */
+static int film_scene(const char *name, const char *film, const char *cloth, const char *options,
+                      char *text, size_t size) {
+    char command[2000], path[256];
+    snprintf(path, sizeof path, "%s.yaml", name);
+    FILE *file = fopen(folder_path(path), "w");
+    assert_non_null(file);
+    fprintf(file, SCENE, film, cloth);
+    fclose(file);
+    snprintf(command, sizeof command,
+             "cd %s && %s/scripts/toile sim %s.yaml -o %s.run --force --quiet 2>&1 && cd / && "
+             "%s/scripts/toile render %s%s.run -o %s%s.png --force --quiet %s 2>&1",
+             folder_path(""), TOILE_SOURCE_DIR, name, name, TOILE_SOURCE_DIR, folder_path(""), name,
+             folder_path(""), name, options);
+    return shell_run(command, text, size);
+}
+
+static void check_same(const char *a, const char *b, int expected) {
+    char command[1000], text[4000];
+    snprintf(command, sizeof command, "%s/scripts/toile diff --profile exact %s%s.png %s%s.png",
+             TOILE_SOURCE_DIR, folder_path(""), a, folder_path(""), b);
+    assert_int_equal(shell_run(command, text, sizeof text), expected);
+}
+
+/* The keys of a scene draw what the options draw, from any directory. */
+static void test_keys(void **state) {
+    (void)state;
+    char text[4000], options[1000];
+    write_quarters(folder_path("ink.png"));
+    snprintf(options, sizeof options, "--backdrop '#204060' --print sheet=%s@0.05",
+             folder_path("ink.png"));
+    assert_int_equal(film_scene("plain", "", "", "", text, sizeof text), 0);
+    assert_int_equal(film_scene("options", "", "", options, text, sizeof text), 0);
+    assert_int_equal(film_scene("keys", ", backdrop: \"#204060\"",
+                                "    print: {file: ink.png, width: 5 cm}\n", "", text, sizeof text),
+                     0);
+    assert_int_equal(film_scene("short", ", backdrop: ink.png", "    print: ink.png\n",
+                                "--backdrop '#204060'", text, sizeof text),
+                     0);
+    check_same("options", "keys", 0);
+    check_same("options", "plain", 1);
+    check_same("options", "short", 1);
+    /* without a backdrop the scene's is left out */
+    assert_int_equal(film_scene("clear", ", backdrop: ink.png", "", "--alpha", text, sizeof text),
+                     0);
+}
+
+static void test_bad_keys(void **state) {
+    (void)state;
+    char text[4000];
+    const struct {
+        const char *film, *cloth, *message;
+        int code;
+    } bad[] = {
+        {", backdrop: \"#20406\"", "", "bad.yaml:2:57: error: 'backdrop' is #20406;",
+         EXIT_BAD_INPUT},
+        {", backdrop: nowhere.png", "", "bad.yaml:2:57: error: 'backdrop' nowhere.png: No such",
+         EXIT_MISSING_INPUT},
+        {"", "    print: nowhere.png\n", "bad.yaml:8:12: error: 'print' nowhere.png: No such",
+         EXIT_MISSING_INPUT},
+        {"", "    print: {file: ., width: 5 cm}\n", "is no picture file", EXIT_BAD_INPUT},
+        {"", "    print: {file: ink.png, width: 0 cm}\n", "'width'", EXIT_BAD_INPUT},
+        {"", "    print: {flie: ink.png}\n", "did you mean 'file'", EXIT_BAD_INPUT},
+    };
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+        int code = film_scene("bad", bad[i].film, bad[i].cloth, "", text, sizeof text);
+        if (code != bad[i].code || !strstr(text, bad[i].message)) {
+            fail_msg("%d: %s", code, text);
+        }
+    }
+}
+
 static void test_refusals(void **state) {
     (void)state;
     char text[160];
@@ -197,6 +275,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_flat_backdrop), cmocka_unit_test(test_picture_backdrop),
         cmocka_unit_test(test_print),         cmocka_unit_test(test_repeat),
+        cmocka_unit_test(test_keys),          cmocka_unit_test(test_bad_keys),
         cmocka_unit_test(test_refusals),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);

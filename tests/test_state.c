@@ -50,7 +50,7 @@ static void write_frame(StateWriter *writer, int number) {
 }
 
 static StateWriter *start_file(void) {
-    StateCloth cloth = {"sheet", "wool", "teal-twill", 4e-4};
+    StateCloth cloth = {.name = "sheet", .fabric = "wool", .look = "teal-twill", .thickness = 4e-4};
     StateObstacle obstacle = {"rod", "wood", {SOLID_CAPSULE, {0, 0, 1}, 0.25}, NULL};
     StateHeader header = {.program = "toile test",
                           .scene_path = "s.yaml",
@@ -113,7 +113,7 @@ static void write_meshes(int damage) {
     faces[5] = damage == 1 ? 4 : 3;
     StateMesh still = {3, 1, vertices, faces, false, true};
     StateMesh moving = {4, 2, vertices, faces, true, false};
-    StateCloth cloth = {"sheet", "wool", "teal-twill", 4e-4};
+    StateCloth cloth = {.name = "sheet", .fabric = "wool", .look = "teal-twill", .thickness = 4e-4};
     StateObstacle obstacles[3] = {{"stone", "clay", {SOLID_SPHERE, {0, 0, 0}, 1}, &still},
                                   {"rod", "wood", {SOLID_CAPSULE, {0, 0, 1}, 0.25}, NULL},
                                   {"body", "clay", {SOLID_SPHERE, {0, 0, 0}, 2}, &moving}};

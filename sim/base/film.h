@@ -43,6 +43,14 @@ typedef struct FilmView {
 typedef enum FilmSurface { FILM_MESH, FILM_SPLATS } FilmSurface;
 #define FILM_TITLE_SIZE 128
 
+/* A picture that a scene names. */
+#define FILM_PATH_SIZE 512
+typedef struct FilmPicture {
+    char name[FILM_PATH_SIZE]; /* as the scene has it; not in the states */
+    char path[FILM_PATH_SIZE]; /* absolute; or #rrggbb; "": none */
+    double width;              /* [m] of a repeat on cloth; 0 = the panel's */
+} FilmPicture;
+
 typedef struct Film {
     double rate;          /* [1/s] frames a second; 30 */
     int frame_count;      /* frames in the whole film, the one at t = 0 included */
@@ -61,6 +69,7 @@ typedef struct Film {
     double play;          /* [1/s] frames a second when it is shown; 0 = rate */
     bool show_time, show_scale;  /* write time, a scale bar; false */
     char title[FILM_TITLE_SIZE]; /* written over the picture; "" */
+    FilmPicture backdrop;        /* in place of the studio; none */
     int view_count;
     FilmView views[FILM_MOST_VIEWS];
 } Film;

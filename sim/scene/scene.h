@@ -79,6 +79,7 @@ typedef struct ClothDef {
     ShapeDef shape;
     Fabric fabric;
     const char *look;  /* name of a look (assets/looks); "teal-twill" */
+    FilmPicture print; /* on its face; none */
     const char *model; /* name in cloth_models[]; "mlpg" */
     int nodes[2];      /* nodes along u, along v; around, along for a sleeve; 41 x 41. Unused
                           for scattered nodes and discs, annuli, polygons */
@@ -97,11 +98,10 @@ typedef struct ClothDef {
     double noise;      /* [m] amplitude of seeded out-of-plane noise at the start; 0 */
     double damping;    /* [1/s] mass damping; 0 */
     double bending_damping;  /* [s] of the fabric: moment per rate of curvature / bending stiffness;
-                               explicit stepper on lattices; 5 ms (loss factors of 0.3 to 1 in
-                               bending at the 10 Hz of falling folds) */
-    double membrane_damping; /* [s] membrane force per rate of strain / membrane stiffness; explicit
-                                stepper on lattices; 0.1 ms (a loss factor of 0.1 at 150 Hz), and
-                                never more than keeps the step stable */
+                                explicit stepper on lattices; 5 ms (loss factors of 0.3 to 1 in
+                                bending at the 10 Hz of falling folds) */
+    double membrane_damping; /* [s] likewise of force by rate of strain; 0.1 ms (a loss factor of
+                                0.1 at 150 Hz), and never more than keeps the step stable */
     KinematicsKind kinematics; /* green */
     BendingKind bending;       /* auto */
     bool hysteresis;           /* yarns stick and slip, by 2HB and 2HG of the fabric; false */

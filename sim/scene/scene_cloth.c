@@ -232,6 +232,8 @@ static const Field cloth_fields[] = {
     {"membrane", FIELD_WORD, AT(membrane), .words = membrane_words,
      .help = "strain of triangles: of pairs (lattices), or of each"},
     {"look", FIELD_NAME, AT(look), .min = 2, .help = "in the picture; default: that of the film"},
+    {"print", FIELD_CUSTOM, AT(print), .group = &print_schema, .read = print_read,
+     .print = print_print, .help = "a picture printed on the face"},
     {0}};
 
 static void cloth_set_default(void *object) { *(ClothDef *)object = cloth_default(); }

@@ -12,6 +12,7 @@ typedef struct FilmKeys {
     double seconds; /* [s] */
     const char *look;
     const char *title;
+    const char *backdrop;
     const Yaml *camera, *cameras, *floor;
 } FilmKeys;
 
@@ -47,6 +48,8 @@ static const Field film_fields[] = {
     {"play", FIELD_NUMBER, offsetof(FilmKeys, film.play), .unit = "1/s", .min = 0.0, .max = 1e5,
      .help = "frames a second when it is shown; less than rate is slow motion; 0: rate"},
     {"title", FIELD_TEXT, offsetof(FilmKeys, title), .help = "written over the picture"},
+    {"backdrop", FIELD_TEXT, offsetof(FilmKeys, backdrop),
+     .help = "a picture file or \"#rrggbb\" behind the scene, with its shadows"},
     {"show_time", FIELD_BOOL, offsetof(FilmKeys, film.show_time), .help = "write the time"},
     {"show_scale", FIELD_BOOL, offsetof(FilmKeys, film.show_scale),
      .help = "draw a bar of a round length; needs a parallel projection"},
@@ -120,6 +123,9 @@ bool scene_read_film(Reader *reader, const Field *field, const Yaml *value, void
     ok = (!keys.camera || camera_read(reader, keys.camera, &keys.film)) && ok;
     ok = (!keys.cameras || cameras_read(reader, keys.cameras, &keys.film)) && ok;
     ok = (!keys.floor || read_floor(reader, keys.floor, &keys.film)) && ok;
+    ok = (!keys.backdrop ||
+          backdrop_read(reader, yaml_find(value, "backdrop"), keys.backdrop, &keys.film)) &&
+         ok;
     ok = check_film(reader, value, &keys) && check_picture(reader, value, &keys) && ok;
     double frames = fmax(1.0, fmin(FILM_MOST_FRAMES, round(keys.seconds * keys.film.rate)));
     keys.film.frame_count = (int)frames;
@@ -143,6 +149,7 @@ void scene_print_film(FILE *out, int indent, const Field *field, const void *mem
         keys.film.range[0] = NAN;
     }
     keys.title = film->title[0] ? film->title : NULL;
+    keys.backdrop = film->backdrop.name[0] ? film->backdrop.name : NULL;
     schema_print(out, indent + 2, &film_schema, &keys);
     camera_print(out, indent + 2, film);
     fprintf(out, "%*sfloor: ", indent + 2, "");

@@ -24,7 +24,7 @@ static inline SceneContext *scene_context(const Reader *reader) { return reader-
 
 extern const Schema scene_schema, film_schema, camera_schema, cloth_schema, shape_schema,
     polygon_schema, garment_schema, handle_schema, reference_schema, obstacle_schema, mesh_schema,
-    motion_schema, pose_turn_schema;
+    print_schema, motion_schema, pose_turn_schema;
 
 /* custom fields of scene_schema; `member` is the Scene */
 FieldRead scene_read_film, scene_read_cloths, scene_read_handles, scene_read_obstacles,
@@ -62,6 +62,11 @@ bool camera_read(Reader *reader, const Yaml *value, Film *film);
 bool cameras_read(Reader *reader, const Yaml *value, Film *film);
 void camera_end(Film *film, double seconds);
 void camera_print(FILE *out, int indent, const Film *film);
+
+/* `backdrop` of a film: a file or a colour. */
+bool backdrop_read(Reader *reader, const Yaml *value, const char *text, Film *film);
+FieldRead print_read; /* `print` of a cloth; member: FilmPicture */
+FieldPrint print_print;
 
 /* `mesh` of an obstacle; animated: `motion: file`. NULL and a report. */
 const MeshDef *mesh_read(Reader *reader, const Yaml *value, bool animated);

@@ -182,8 +182,29 @@ static bool decode_obstacles(const StateArray *arrays, int array_count, const St
     return true;
 }
 
-static bool decode_cloths(const StateArray *thickness, const char *text, Arena *arena,
-                          StateHeader *header) {
+/* Older runs have none. */
+static bool decode_prints(const StateArray *arrays, int n, StateCloth *cloths, int count) {
+    const StateArray *paths = record_find(arrays, n, "cloth.print", STATE_U8, 1);
+    const StateArray *widths = record_find(arrays, n, "cloth.print_width", STATE_F64, 1);
+    const char *text = paths ? paths->data : NULL, *end = paths ? text + paths->count : NULL;
+    if (!paths || !widths) {
+        return !paths && !widths;
+    }
+    for (int i = 0; i < count; i++) {
+        const char *line = text < end ? memchr(text, '\n', (size_t)(end - text)) : NULL;
+        if (widths->count != count || !line || line - text >= FILM_PATH_SIZE ||
+            !(((const double *)widths->data)[i] >= 0.0)) {
+            return false;
+        }
+        memcpy(cloths[i].print.path, text, (size_t)(line - text));
+        cloths[i].print.width = ((const double *)widths->data)[i];
+        text = line + 1;
+    }
+    return true;
+}
+
+static bool decode_cloths(const StateArray *arrays, int n, const StateArray *thickness,
+                          const char *text, Arena *arena, StateHeader *header) {
     int count = (int)thickness->count;
     StateCloth *cloths = arena_push(arena, StateCloth, count);
     for (int i = 0; i < count; i++) {
@@ -195,7 +216,7 @@ static bool decode_cloths(const StateArray *thickness, const char *text, Arena *
     }
     header->cloth_count = count;
     header->cloths = cloths;
-    return true;
+    return decode_prints(arrays, n, cloths, count);
 }
 
 bool decode_header(const StateArray *arrays, int count, Arena *arena, StateHeader *header,
@@ -221,7 +242,7 @@ bool decode_header(const StateArray *arrays, int count, Arena *arena, StateHeade
     return decode_film(film->data, &header->film) &&
            film_record_decode(arrays, count, &header->film) &&
            decode_obstacles(arrays, count, solids, arena, header) &&
-           decode_cloths(thickness, cloths, arena, header);
+           decode_cloths(arrays, count, thickness, cloths, arena, header);
 }
 
 static bool check_lattices(const StateLayout *l) {

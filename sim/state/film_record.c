@@ -61,6 +61,8 @@ void film_record_encode(const Film *film, Arena *arena, StateArray *arrays) {
     arrays[2] = array_of("film.name", STATE_U8, 1, end - names, names);
     arrays[3] = array_of("film.key", STATE_F64, KEY_NUMBERS, key_count, keys);
     arrays[4] = array_of("film.title", STATE_U8, 1, (int64_t)strlen(film->title), film->title);
+    arrays[5] = array_of("film.backdrop", STATE_U8, 1, (int64_t)strlen(film->backdrop.path),
+                         film->backdrop.path);
 }
 
 static bool all_finite(const double *numbers, int64_t count) {
@@ -161,11 +163,16 @@ bool film_record_decode(const StateArray *arrays, int count, Film *film) {
     const StateArray *names = record_find(arrays, count, "film.name", STATE_U8, 1);
     const StateArray *keys = record_find(arrays, count, "film.key", STATE_F64, KEY_NUMBERS);
     const StateArray *title = record_find(arrays, count, "film.title", STATE_U8, 1);
+    const StateArray *backdrop = record_find(arrays, count, "film.backdrop", STATE_U8, 1);
     if (!more) {
         return true;
     }
-    if (more->count != MORE_NUMBERS || !views || !names || !keys || !title ||
-        title->count >= FILM_TITLE_SIZE) {
+    if (backdrop && backdrop->count < FILM_PATH_SIZE) { /* older runs have none */
+        memcpy(film->backdrop.path, backdrop->data, (size_t)backdrop->count);
+        film->backdrop.path[backdrop->count] = 0;
+    }
+    if ((backdrop && backdrop->count >= FILM_PATH_SIZE) || more->count != MORE_NUMBERS || !views ||
+        !names || !keys || !title || title->count >= FILM_TITLE_SIZE) {
         return false;
     }
     memcpy(film->title, title->data, (size_t)title->count);

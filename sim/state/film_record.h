@@ -4,7 +4,7 @@
 
 #include "sim/state/record.h"
 
-#define FILM_ARRAYS 5
+#define FILM_ARRAYS 6
 
 /* Fills `arrays` (FILM_ARRAYS) from a film; what they point to lives in arena. */
 void film_record_encode(const Film *film, Arena *arena, StateArray *arrays);

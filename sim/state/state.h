@@ -29,13 +29,14 @@
  *       film.more f64[8] (surface, range from, to, blur, blur_samples, play, show_time, show_scale),
  *       film.view f64[cameras][16] (kind, eye, target, up, fov, pixels_per_mm, orbit angle, from, to, keys,
  *       + 0.5 to follow; the film's own first), film.name u8[] (a line each), film.key f64[keys][8] (time,
- *       eye, target, fov; those of the first camera first), film.title u8[],
+ *       eye, target, fov; those of the first camera first), film.title u8[], film.backdrop u8[],
  *       obstacle.solid f64[obstacles][5] (kind, half x y z, radius; kind 6: a mesh, the radius of the
  *       ball around its origin that holds it), and when there are meshes
  *       obstacle.mesh_begin i32[obstacles + 1][2] (ranges of the next two),
  *       obstacle.vertex f64[][3] [m], obstacle.triangle i32[][3] (from 0 in each mesh),
  *       obstacle.flags u8[obstacles] (sum of 1: FRAM has its vertices, 2: closed),
- *       cloth.text u8[] ("name fabric look" lines), cloth.thickness f64[cloths]
+ *       cloth.text u8[] ("name fabric look" lines), cloth.thickness f64[cloths],
+ *       cloth.print u8[] (a path and a line's end each), cloth.print_width f64[cloths] [m]
  * LAYO  lattice i32[cloths][4]    nodes along u, along v, 1 = u wraps around, 0; 0 0 0 0 = scattered
  *       node_begin, vertex_begin, triangle_begin i32[cloths + 1]   ranges of each cloth
  *       material f64[nodes][2]            (u, v) of each node on its panel [m]
@@ -92,6 +93,7 @@ typedef struct StateCloth {
     char fabric[STATE_WORD_SIZE];
     char look[STATE_WORD_SIZE]; /* name of a look, see render/look.h */
     double thickness;           /* [m] */
+    FilmPicture print;          /* on its face */
 } StateCloth;
 
 /* Triangles in the obstacle's own frame. */
@@ -149,8 +151,8 @@ typedef struct StateFrame {
     int pose_count;
     const Pose *pose; /* (obstacle_count) */
     int moved_count;
-    const double *moved;         /* [m] (moved_count x 3) vertices of all meshes that move */
-    const double *contact_force; /* [N] (node_count x 3); NULL: not kept */
+    const double *moved, *contact_force; /* [m] (moved_count x 3) of all meshes that move;
+                                            [N] (node_count x 3), NULL: not kept */
 } StateFrame;
 
 /* ---- writing ---- */
@@ -182,8 +184,7 @@ typedef struct StateReader StateReader;
 StateReader *state_open(const char *path, Error *error);
 void state_reader_close(StateReader *reader);
 
-/* Valid until the reader is closed. */
-const StateHeader *state_header(const StateReader *reader);
+const StateHeader *state_header(const StateReader *reader); /* valid until it is closed */
 
 typedef enum StateStatus {
     STATE_GROWING, /* no DONE record: still written, or stopped */
@@ -194,8 +195,7 @@ typedef enum StateStatus {
 /* Looks again at the file, which may have grown, and counts whole frames. */
 StateStatus state_refresh(StateReader *reader);
 int state_frame_count(const StateReader *reader); /* whole frames seen by state_refresh */
-/* Offset in the file after frame `index`; -1 when there is no such frame. */
-int64_t state_frame_end(const StateReader *reader, int index);
+int64_t state_frame_end(const StateReader *reader, int index); /* offset; -1: no such frame */
 const char *state_damage(const StateReader *reader); /* what is wrong and where; "" if nothing */
 const char *state_done_reason(const StateReader *reader);
 

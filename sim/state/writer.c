@@ -162,6 +162,17 @@ static int list_meshes(StateWriter *writer, const StateHeader *header, StateArra
     return meshes > 0 ? MESH_ARRAYS : 0;
 }
 
+/* A line for each cloth, empty where it is not printed. */
+static char *list_prints(StateWriter *writer, const StateHeader *header, double *widths) {
+    int cloths = header->cloth_count;
+    char *text = arena_push(&writer->scratch, char, (FILM_PATH_SIZE + 1) * cloths + 1), *end = text;
+    for (int i = 0; i < cloths; i++) {
+        end += sprintf(end, "%s\n", header->cloths[i].print.path);
+        widths[i] = header->cloths[i].print.width;
+    }
+    return text;
+}
+
 bool state_write_header(StateWriter *writer, const StateHeader *header, Error *error) {
     ArenaMark mark = arena_mark(&writer->scratch);
     int obstacles = header->obstacle_count, cloths = header->cloth_count;
@@ -178,10 +189,12 @@ bool state_write_header(StateWriter *writer, const StateHeader *header, Error *e
     for (int i = 0; i < cloths; i++) {
         thickness[i] = header->cloths[i].thickness;
     }
+    double *widths = arena_push(&writer->scratch, double, cloths);
+    char *prints = list_prints(writer, header, widths);
     char *obstacle_text = lines_of(writer, obstacles, 2, obstacle_field, header->obstacles);
     char *cloth_text = lines_of(writer, cloths, 3, cloth_field, header->cloths);
     int64_t hash = (int64_t)header->scene_hash;
-    StateArray arrays[9 + FILM_ARRAYS + MESH_ARRAYS] = {
+    StateArray arrays[11 + FILM_ARRAYS + MESH_ARRAYS] = {
         array_of("program", STATE_U8, 1, (int64_t)strlen(header->program), header->program),
         array_of("scene_text", STATE_U8, 1, (int64_t)strlen(header->scene_text),
                  header->scene_text),
@@ -193,9 +206,11 @@ bool state_write_header(StateWriter *writer, const StateHeader *header, Error *e
         array_of("obstacle.solid", STATE_F64, 5, obstacles, solids),
         array_of("cloth.text", STATE_U8, 1, (int64_t)strlen(cloth_text), cloth_text),
         array_of("cloth.thickness", STATE_F64, 1, cloths, thickness),
+        array_of("cloth.print", STATE_U8, 1, (int64_t)strlen(prints), prints),
+        array_of("cloth.print_width", STATE_F64, 1, cloths, widths),
     };
-    film_record_encode(&header->film, &writer->scratch, arrays + 9);
-    int count = 9 + FILM_ARRAYS;
+    film_record_encode(&header->film, &writer->scratch, arrays + 11);
+    int count = 11 + FILM_ARRAYS;
     count += list_meshes(writer, header, arrays + count);
     bool ok = write_record(writer, STATE_HEAD, arrays, count, error);
     arena_rewind(&writer->scratch, mark);
