@@ -63,10 +63,11 @@ static void run_path(const char *name, char path[4200]) {
     snprintf(path, 4200, "%s/%s", folder, name);
 }
 
+static const StateCloth cloths[2] = {{.name = "lower", .fabric = "wool", .look = "linen"},
+                                     {.name = "upper", .fabric = "wool", .look = "linen"}};
+
 /* meshes: size of the tetrahedron, which is the obstacle instead of the ball; 0: the ball is */
 static void write_run(const char *name, int first, int count, bool done, int meshes) {
-    const StateCloth lower = {.name = "lower", .fabric = "wool", .look = "linen"};
-    const StateCloth cloths[2] = {lower, {.name = "upper", .fabric = "wool", .look = "linen"}};
     StateObstacle ball = {"ball", "clay", {SOLID_SPHERE, {0, 0, 0}, 0.03}, NULL};
     const StateMesh mesh = {4, 4, tip, tip_faces, true, true};
     ball.mesh = meshes ? &mesh : NULL;
