@@ -115,6 +115,7 @@ static void evaluate(TesterKind kind, double most, TesterLoop *l) {
     double rise = up[middle + high] + down[middle - high] - up[middle + low] - down[middle - low];
     l->slope = 0.5 * rise / (2.0 * most * (high - low) / n);
     l->width = up[middle + at] - down[middle - at];
+    l->width5 = bending ? 0.0 : up[middle + n * 5 / 16] - down[middle - n * 5 / 16];
     for (int k = 0; k < n; k++) {
         if (down[k] > 0.0 && down[k + 1] <= 0.0) {
             double share = down[k] / (down[k] - down[k + 1]);
@@ -154,9 +155,14 @@ static void print_numbers(TesterKind kind, const Fabric *f, const char *model, b
         fprintf(out,
                 "{\"schema\": \"toile-test-1\", \"test\": \"%s\", \"fabric\": \"%s\", \"model\": "
                 "\"%s\", \"stiffness\": %.9g, \"stiffness_fabric\": %.9g, \"hysteresis\": %.9g, "
-                "\"hysteresis_fabric\": %.9g, \"residual\": %.9g}\n",
+                "\"hysteresis_fabric\": %.9g, \"residual\": %.9g",
                 bending ? "bending" : "shear", f->name, model, l->slope, slope, l->width, width,
                 l->residual);
+        if (!bending) {
+            fprintf(out, ", \"hysteresis_5\": %.9g, \"hysteresis_5_fabric\": %.9g", l->width5,
+                    f->shear_hysteresis5.value);
+        }
+        fputs("}\n", out);
         return;
     }
     fprintf(stderr, "test: %s of %s by %s, along the warp\n", bending ? "bending" : "shear",
@@ -165,6 +171,10 @@ static void print_numbers(TesterKind kind, const Fabric *f, const char *model, b
             bending ? "N m" : "N/m", slope);
     fprintf(stderr, "test: %s %.4g %s (fabric: %.4g)\n", bending ? "2HB" : "2HG", l->width,
             bending ? "N" : "N/m", width);
+    if (!bending) {
+        fprintf(stderr, "test: 2HG5 %.4g N/m (fabric: %.4g)\n", l->width5,
+                f->shear_hysteresis5.value);
+    }
     fprintf(stderr, "test: without force stays %.4g %s\n", l->residual, bending ? "1/m" : "rad");
 }
 

@@ -20,6 +20,7 @@ typedef struct TesterLoop {
     double *force; /* [N] moment per width, or [N/m] */
     double slope;  /* B [N m], K 50 .. 150 /m; or G [N/m], 0.5 .. 2.5 degrees; mean of both ways */
     double width;  /* 2HB [N] at 100 /m; or 2HG [N/m] at 0.5 degrees */
+    double width5; /* 2HG5 [N/m] at 5 degrees; shear only */
     double residual; /* [1/m] or [rad] that is left when the force is gone */
 } TesterLoop;
 

@@ -19,6 +19,7 @@ static const char *const fabrics[] = {
 static void test_elements(void **unused) {
     (void)unused;
     const double step = 0.6e-3, onset = 30.0;
+    const FrictionLaw law = {step, onset, 1.0};
     double forces[2];
     for (int fine = 0; fine < 2; fine++) {
         double slips[FRICTION_ELEMENTS] = {0}, q = 0.0;
@@ -27,16 +28,16 @@ static void test_elements(void **unused) {
         for (int leg = 0; leg < 3; leg++) {
             for (int k = 1; k <= count; k++) {
                 q = turns[leg] + (turns[leg + 1] - turns[leg]) * k / count;
-                yarn_friction_slip(step, onset, q, slips);
+                yarn_friction_slip(law, q, slips);
             }
         }
-        forces[fine] = yarn_friction_force(step, onset, slips, q, NULL, NULL);
+        forces[fine] = yarn_friction_force(law, slips, q, NULL, NULL);
         double before = forces[fine];
         for (int k = 0; k < 100; k++) {
-            yarn_friction_slip(step, onset, 97.0, slips);
-            yarn_friction_slip(step, onset, 100.0, slips);
+            yarn_friction_slip(law, 97.0, slips);
+            yarn_friction_slip(law, 100.0, slips);
         }
-        CHECK_NEAR(yarn_friction_force(step, onset, slips, q, NULL, NULL), before, 1e-10 * step);
+        CHECK_NEAR(yarn_friction_force(law, slips, q, NULL, NULL), before, 1e-10 * step);
     }
     CHECK_NEAR(forces[1], forces[0], 1e-12 * step);
     CHECK_NEAR(forces[0], step, 1e-12 * step);
@@ -44,7 +45,7 @@ static void test_elements(void **unused) {
     YarnCurve curve = {0.0, step, onset};
     double slips[FRICTION_ELEMENTS] = {0}, worst = 0.0;
     for (double q = 0.0; q < 60.0; q += 0.5) {
-        double force = yarn_friction_force(step, onset, slips, q, NULL, NULL);
+        double force = yarn_friction_force(law, slips, q, NULL, NULL);
         worst = fmax(worst, fabs(force - yarn_value(&curve, q, NULL)) / step);
     }
     CHECK_AT_MOST(worst, 1.0 / (4 * FRICTION_ELEMENTS * FRICTION_ELEMENTS));
@@ -53,12 +54,13 @@ static void test_elements(void **unused) {
 /* potential, force and tangent belong together */
 static void test_potential(void **unused) {
     (void)unused;
+    const FrictionLaw law = {1e-3, 30.0, 1.3};
     double slips[FRICTION_ELEMENTS] = {1.0, -4.0, 7.0, 3.0};
     for (double q = -80.3; q < 80.0; q += 7.7) {
         double e[2] = {0}, tangent = 0.0, d = 1e-4, f[2];
-        double force = yarn_friction_force(1e-3, 30.0, slips, q, NULL, &tangent);
-        f[0] = yarn_friction_force(1e-3, 30.0, slips, q - d, &e[0], NULL);
-        f[1] = yarn_friction_force(1e-3, 30.0, slips, q + d, &e[1], NULL);
+        double force = yarn_friction_force(law, slips, q, NULL, &tangent);
+        f[0] = yarn_friction_force(law, slips, q - d, &e[0], NULL);
+        f[1] = yarn_friction_force(law, slips, q + d, &e[1], NULL);
         CHECK_NEAR(force, (e[1] - e[0]) / (2 * d), 1e-9);
         CHECK_NEAR(tangent, (f[1] - f[0]) / (2 * d), 1e-10);
     }
@@ -79,13 +81,15 @@ static void check_loops(const char *model, const char *name, int count) {
     double hb = f.bend_hysteresis.value * share;
     print_message("  %s, %s: B %.4g (%.4g), 2HB %.4g (%.4g), residual %.4g (%.4g) /m\n", model,
                   name, bend.slope, b, bend.width, hb, bend.residual, 0.5 * hb / b);
-    print_message("      G %.4g (%.4g), 2HG %.4g (%.4g) N/m\n", shear.slope, f.shear.value,
-                  shear.width, f.shear_hysteresis.value);
+    print_message("      G %.4g (%.4g), 2HG %.4g (%.4g), 2HG5 %.4g (%.4g) N/m\n", shear.slope,
+                  f.shear.value, shear.width, f.shear_hysteresis.value, shear.width5,
+                  f.shear_hysteresis5.value);
     CHECK_AT_MOST(fabs(bend.slope / b - 1.0), 0.01);
     CHECK_AT_MOST(fabs(bend.width / hb - 1.0), 0.01);
     CHECK_AT_MOST(fabs(bend.residual / (0.5 * hb / b) - 1.0), 0.02);
     CHECK_AT_MOST(fabs(shear.slope / f.shear.value - 1.0), 0.01);
     CHECK_AT_MOST(fabs(shear.width / f.shear_hysteresis.value - 1.0), 0.02);
+    CHECK_AT_MOST(fabs(shear.width5 / f.shear_hysteresis5.value - 1.0), 0.02);
     arena_free(&arena);
 }
 

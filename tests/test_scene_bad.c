@@ -112,6 +112,8 @@ static const BadFile bad_files[] = {
     {"fabric-weight", EXIT_BAD_INPUT,
      "fabric-weight.yaml:5:22: error: weight 0.163 g/m2 is lighter than any woven fabric (fabrics: "
      "15 .. 900 g/m2); did you mean 163 g/m2?"},
+    {"fabric-widening", EXIT_BAD_INPUT,
+     "fabric-widening.yaml:7:67: error: hysteresis_5 8 N/m: with this stiffness and"},
     {"fabric-weight-bare", EXIT_BAD_INPUT,
      "fabric-weight-bare.yaml:5:22: error: weight 1.63e+05 g/m2 is heavier than any woven fabric "
      "(fabrics: 15 .. 900 g/m2); did you mean 163 g/m2?"},

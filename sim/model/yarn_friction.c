@@ -22,18 +22,20 @@ typedef struct YarnFriction {
     ThreadUnit *threads;
     int (*cells)[4];
     double cell_area;
-    double step[3], onset[3]; /* HB', K1 of warp and weft, HG', phi1 */
+    FrictionLaw law[3]; /* of warp, of weft, of shear at 0.5 degrees */
+    double widest;      /* 2HG5/2HG */
     BlockPlace (*thread_places)[6];
     BlockPlace (*cell_places)[10];
 } YarnFriction;
 
 /* ---- elements ---- */
 
-double yarn_friction_force(double step, double onset, const double *slips, double q,
-                           double *potential, double *tangent) {
-    double k = 2.0 * step / (N * onset), force = 0.0;
+double yarn_friction_force(FrictionLaw law, const double *slips, double q, double *potential,
+                           double *tangent) {
+    double k = 2.0 * law.step / (N * law.onset), force = 0.0;
     for (int a = 0; a < N; a++) {
-        double limit = step * (2 * a + 1) / (N * N), e = q - slips[a], pull = k * e;
+        double limit = law.wide * law.step * (2 * a + 1) / (N * N);
+        double e = q - slips[a], pull = k * e;
         bool slides = fabs(pull) > limit;
         pull = slides ? copysign(limit, e) : pull;
         force += pull;
@@ -47,13 +49,13 @@ double yarn_friction_force(double step, double onset, const double *slips, doubl
     return force;
 }
 
-void yarn_friction_slip(double step, double onset, double q, double *slips) {
-    if (step <= 0.0) {
+void yarn_friction_slip(FrictionLaw law, double q, double *slips) {
+    if (law.step <= 0.0) {
         return;
     }
-    double k = 2.0 * step / (N * onset);
+    double k = 2.0 * law.step / (N * law.onset);
     for (int a = 0; a < N; a++) {
-        double e = q - slips[a], most = step * (2 * a + 1) / (N * N * k);
+        double e = q - slips[a], most = law.wide * law.step * (2 * a + 1) / (N * N * k);
         slips[a] += e - fmax(-most, fmin(most, e));
     }
 }
@@ -135,8 +137,24 @@ static bool sheared(const int *nodes, const double *x, Sheared *s) {
 
 /* ---- the model that does both ---- */
 
-/* slips of unit i: threads first, then cells */
-static double *slips_of(const Cloth *cloth, int unit) { return cloth->history + (size_t)unit * N; }
+/* History: N slips of each thread unit, then of each cell N slips and the angle committed last. */
+enum { CELL_HISTORY = N + 1 };
+
+static double *thread_slips(const Cloth *cloth, int i) { return cloth->history + (size_t)i * N; }
+
+static double *cell_slips(const Cloth *cloth, int i) {
+    return thread_slips(cloth, cloth->friction->thread_count) + (size_t)i * CELL_HISTORY;
+}
+
+#define NARROW 0.0087266463 /* [rad] 0.5 degrees, of 2HG */
+#define WIDE 0.087266463    /* [rad] 5 degrees, of 2HG5 */
+
+static FrictionLaw cell_law(const YarnFriction *f, const double *slips) {
+    double angle = fabs(slips[N]), share = (angle - NARROW) / (WIDE - NARROW);
+    FrictionLaw law = f->law[2];
+    law.wide = 1.0 + (f->widest - 1.0) * fmax(0.0, fmin(share, 1.0));
+    return law;
+}
 
 static double energy(const Cloth *cloth, const double *x) {
     const YarnFriction *f = cloth->friction;
@@ -146,8 +164,7 @@ static double energy(const Cloth *cloth, const double *x) {
         double potential = 0.0;
         Curved c;
         if (curved(t, x, &c)) {
-            yarn_friction_force(f->step[t->axis], f->onset[t->axis], slips_of(cloth, i), c.kappa,
-                                &potential, NULL);
+            yarn_friction_force(f->law[t->axis], thread_slips(cloth, i), c.kappa, &potential, NULL);
             sum += t->area * potential;
         }
     }
@@ -155,8 +172,8 @@ static double energy(const Cloth *cloth, const double *x) {
         double potential = 0.0;
         Sheared s;
         if (sheared(f->cells[i], x, &s)) {
-            yarn_friction_force(f->step[2], f->onset[2], slips_of(cloth, f->thread_count + i),
-                                s.phi, &potential, NULL);
+            const double *slips = cell_slips(cloth, i);
+            yarn_friction_force(cell_law(f, slips), slips, s.phi, &potential, NULL);
             sum += f->cell_area * potential;
         }
     }
@@ -170,16 +187,16 @@ static void add_gradient(const Cloth *cloth, const double *x, double *gradient) 
         const ThreadUnit *t = &f->threads[i];
         Curved c;
         if (curved(t, x, &c)) {
-            double moment = yarn_friction_force(f->step[t->axis], f->onset[t->axis],
-                                                slips_of(cloth, i), c.kappa, NULL, NULL);
+            double moment =
+                yarn_friction_force(f->law[t->axis], thread_slips(cloth, i), c.kappa, NULL, NULL);
             add_thread_gradient(t, &c, t->area * moment, gradient);
         }
     }
     for (int i = 0; i < f->cell_count; i++) {
         Sheared s;
         if (sheared(f->cells[i], x, &s)) {
-            double force = yarn_friction_force(
-                f->step[2], f->onset[2], slips_of(cloth, f->thread_count + i), s.phi, NULL, NULL);
+            const double *slips = cell_slips(cloth, i);
+            double force = yarn_friction_force(cell_law(f, slips), slips, s.phi, NULL, NULL);
             for (int k = 0; k < 4; k++) {
                 add(gradient, f->cells[i][k], f->cell_area * force, s.row[k]);
             }
@@ -268,8 +285,7 @@ static void add_hessian(const Cloth *cloth, const double *x, const double *stres
         double tangent = 0.0;
         Curved c;
         if (curved(t, x, &c)) {
-            yarn_friction_force(f->step[t->axis], f->onset[t->axis], slips_of(cloth, i), c.kappa,
-                                NULL, &tangent);
+            yarn_friction_force(f->law[t->axis], thread_slips(cloth, i), c.kappa, NULL, &tangent);
             Vec3 rows[3] = {c.n, vec3_scale(-2.0, c.n), c.n};
             add_rows(rows, 3, t->area * tangent / (t->h2 * t->h2), f->thread_places[i], values);
         }
@@ -278,8 +294,8 @@ static void add_hessian(const Cloth *cloth, const double *x, const double *stres
         double tangent = 0.0;
         Sheared s;
         if (sheared(f->cells[i], x, &s)) {
-            yarn_friction_force(f->step[2], f->onset[2], slips_of(cloth, f->thread_count + i),
-                                s.phi, NULL, &tangent);
+            const double *slips = cell_slips(cloth, i);
+            yarn_friction_force(cell_law(f, slips), slips, s.phi, NULL, &tangent);
             add_rows(s.row, 4, f->cell_area * tangent, f->cell_places[i], values);
         }
     }
@@ -291,14 +307,15 @@ static void commit(Cloth *cloth, const double *x) {
         const ThreadUnit *t = &f->threads[i];
         Curved c;
         if (curved(t, x, &c)) {
-            yarn_friction_slip(f->step[t->axis], f->onset[t->axis], c.kappa, slips_of(cloth, i));
+            yarn_friction_slip(f->law[t->axis], c.kappa, thread_slips(cloth, i));
         }
     }
     for (int i = 0; i < f->cell_count; i++) {
         Sheared s;
         if (sheared(f->cells[i], x, &s)) {
-            yarn_friction_slip(f->step[2], f->onset[2], s.phi,
-                               slips_of(cloth, f->thread_count + i));
+            double *slips = cell_slips(cloth, i);
+            slips[N] = s.phi; /* the limits of this angle hold from here on */
+            yarn_friction_slip(cell_law(f, slips), s.phi, slips);
         }
     }
 }
@@ -379,11 +396,13 @@ static void set_limits(const Cloth *cloth, YarnFriction *f) {
     const Fabric *fabric = &cloth->def->fabric;
     double b[2] = {fabric->bend_warp.value, fabric->bend_weft.value};
     for (int axis = 0; axis < 2; axis++) {
-        f->step[axis] = fabric->bend_hysteresis.value * b[axis] / (b[0] + b[1]);
-        f->onset[axis] = fabric->bend_onset.value;
+        double step = fabric->bend_hysteresis.value * b[axis] / (b[0] + b[1]);
+        f->law[axis] = (FrictionLaw){step, fabric->bend_onset.value, 1.0};
     }
-    f->step[2] = 0.5 * fabric->shear_hysteresis.value;
-    f->onset[2] = SHEAR_ONSET;
+    double narrow = fabric->shear_hysteresis.value, wide = fabric->shear_hysteresis5.value;
+    f->law[2] = (FrictionLaw){0.5 * narrow, SHEAR_ONSET, 1.0};
+    /* the machine measures moment / cos(angle) */
+    f->widest = narrow > 0.0 ? wide * cos(WIDE) / (narrow * cos(NARROW)) : 1.0;
 }
 
 bool yarn_friction_attach(Cloth *cloth, Arena *arena, Error *error) {
@@ -412,7 +431,7 @@ bool yarn_friction_attach(Cloth *cloth, Arena *arena, Error *error) {
     cloth->lattice = NULL; /* the sweep knows no history */
     cloth->limits = NULL;  /* friction damps */
     f->both.add_damped_gradient = NULL;
-    cloth->history_count = N * (f->thread_count + f->cell_count);
+    cloth->history_count = N * f->thread_count + CELL_HISTORY * f->cell_count;
     cloth->history = arena_push(arena, double, cloth->history_count);
     return true;
 }

@@ -40,6 +40,7 @@ Fabric fabric_unknown(void) {
                     .stretch_limit = unknown,
                     .shear = unknown,
                     .shear_hysteresis = unknown,
+                    .shear_hysteresis5 = unknown,
                     .friction = unknown,
                     .threads_per_cm = FALLBACK_THREADS};
 }
@@ -108,6 +109,7 @@ void fabric_fill(Fabric *fabric) {
     fill(&fabric->stretch_limit, isotropic ? INFINITY : FALLBACK_LIMIT);
     fill(&fabric->shear, FALLBACK_SHEAR);
     fill(&fabric->shear_hysteresis, isotropic ? 0.0 : FALLBACK_SHEAR_HYSTERESIS);
+    fill(&fabric->shear_hysteresis5, fabric->shear_hysteresis.value);
     fill(&fabric->friction, FALLBACK_FRICTION);
 }
 

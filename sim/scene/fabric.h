@@ -54,6 +54,7 @@ typedef struct Fabric {
     FabricNumber stretch_limit;              /* Green strain where the cloth locks; INFINITY */
     FabricNumber shear;                      /* [N/m] G per radian of shear angle */
     FabricNumber shear_hysteresis;           /* [N/m] 2HG at 0.5 degrees */
+    FabricNumber shear_hysteresis5;          /* [N/m] 2HG5 at 5 degrees */
     FabricNumber friction;                   /* cloth against a smooth solid */
     double threads_per_cm;                   /* [1/cm] for the picture only; 20 */
     bool isotropic;                          /* a test material: no warp, weft, hysteresis */

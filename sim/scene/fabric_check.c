@@ -17,6 +17,8 @@ typedef struct Hint {
     const char *format; /* with %g for the corrected value, or without */
 } Hint;
 
+#define WIDENING 0.0785398163 /* [rad] 4.5 degrees, from 2HG to 2HG5 */
+
 static const Plausible weight_range = {"weight",
                                        "g/m2",
                                        1e3,
@@ -170,6 +172,18 @@ static bool check_poisson(Reader *reader, const Fabric *fabric, Place place) {
                         poisson, ratio, sqrt(ratio));
 }
 
+/* a branch of the loop must not fall while the shear grows: G > (2HG5 - 2HG)/(2 * 4.5 degrees) */
+static bool check_widening(Reader *reader, const Fabric *fabric, Place place) {
+    const FabricNumber *wide = &fabric->shear_hysteresis5;
+    double most = fabric->shear_hysteresis.value + WIDENING * 2.0 * fabric->shear.value;
+    return wide->value < most ||
+           report_error(
+               reader->report, place_of(wide, place), EXIT_BAD_INPUT,
+               "hysteresis_5 %.3g N/m: with this stiffness and hysteresis it must be under "
+               "%.3g N/m, or the force would fall as the shear grows",
+               wide->value, most);
+}
+
 bool fabric_check(Reader *reader, const Fabric *fabric, Place place) {
     bool ok = check_poisson(reader, fabric, place);
     ok = check_weight(reader, fabric, place) && ok;
@@ -178,6 +192,7 @@ bool fabric_check(Reader *reader, const Fabric *fabric, Place place) {
     }
     ok = check_bending(reader, fabric, place) && ok;
     ok = check_stretch(reader, fabric, place) && ok;
+    ok = check_widening(reader, fabric, place) && ok;
     return check_number(reader, &friction_range, &fabric->friction, fabric->friction.value, place,
                         NULL) &&
            ok;

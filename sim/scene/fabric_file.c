@@ -22,6 +22,7 @@ const FabricRow fabric_rows[] = {{"weight", offsetof(Fabric, weight), "kg/m2"},
                                  {"stretch.limit", offsetof(Fabric, stretch_limit), ""},
                                  {"shear.stiffness", offsetof(Fabric, shear), "N/m"},
                                  {"shear.hysteresis", offsetof(Fabric, shear_hysteresis), "N/m"},
+                                 {"shear.hysteresis_5", offsetof(Fabric, shear_hysteresis5), "N/m"},
                                  {"friction", offsetof(Fabric, friction), ""},
                                  {0}};
 

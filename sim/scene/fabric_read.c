@@ -128,6 +128,8 @@ static const Field shear_fields[] = {
      .help = "shear stiffness G per radian"},
     {MEASURED("hysteresis", fabric.shear_hysteresis, "N/m", 0.0, 1e6),
      .help = "full width 2HG of the loop at 0.5 degrees"},
+    {MEASURED("hysteresis_5", fabric.shear_hysteresis5, "N/m", 0.0, 1e6),
+     .help = "full width 2HG5 of the loop at 5 degrees; as at 0.5 when left out"},
     {0}};
 static const Schema shear_schema = {
     .name = "shear", .fields = shear_fields, .shorthand = 1, .help = "in-plane shear"};
@@ -283,13 +285,19 @@ bool fabric_read_drapes(Reader *reader, const Yaml *list, Fabric *fabric) {
 
 /* three numbers say it all; the others follow from them */
 static void use_isotropic_keys(FabricKeys *keys) {
-    static const size_t derived[] = {
-        offsetof(Fabric, bend_warp),       offsetof(Fabric, bend_weft),
-        offsetof(Fabric, bend_bias),       offsetof(Fabric, bend_poisson),
-        offsetof(Fabric, bend_hysteresis), offsetof(Fabric, bend_onset),
-        offsetof(Fabric, stretch_warp),    offsetof(Fabric, stretch_weft),
-        offsetof(Fabric, stretch_poisson), offsetof(Fabric, stretch_limit),
-        offsetof(Fabric, shear),           offsetof(Fabric, shear_hysteresis)};
+    static const size_t derived[] = {offsetof(Fabric, bend_warp),
+                                     offsetof(Fabric, bend_weft),
+                                     offsetof(Fabric, bend_bias),
+                                     offsetof(Fabric, bend_poisson),
+                                     offsetof(Fabric, bend_hysteresis),
+                                     offsetof(Fabric, bend_onset),
+                                     offsetof(Fabric, stretch_warp),
+                                     offsetof(Fabric, stretch_weft),
+                                     offsetof(Fabric, stretch_poisson),
+                                     offsetof(Fabric, stretch_limit),
+                                     offsetof(Fabric, shear),
+                                     offsetof(Fabric, shear_hysteresis),
+                                     offsetof(Fabric, shear_hysteresis5)};
     keys->iso_stretch = keys->fabric.stretch_warp;
     keys->iso_poisson = keys->fabric.stretch_poisson;
     keys->iso_bending = keys->fabric.bend_warp;
