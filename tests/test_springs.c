@@ -4,6 +4,7 @@
 
 #include "sim/model/model.h"
 #include "sim/model/spring_law.h"
+#include "sim/step/stepper.h"
 #include "tests/support/check.h"
 #include "tests/support/cloths.h"
 #include "tests/support/strips.h"
@@ -63,6 +64,7 @@ static void test_spring(void **unused) {
         for (int pushes = 0; pushes < 2; pushes++) {
             SpringKind kind = spring_kind(0.02, 40.0, *law, 1e-7);
             kind.pushes = pushes;
+            kind.limit = 0.13, kind.stiffen = pushes ? 0.0 : 800.0;
             double onset = kind.rest * (1.0 - kind.onset), below, above;
             below = spring_tension(&kind, onset - 1e-12, NULL);
             above = spring_tension(&kind, onset + 1e-12, NULL);
@@ -156,6 +158,51 @@ static void test_refusals(void **unused) {
     }
 }
 
+/* A sheet hung by its whole upper edge is as many chains: each spring carries the rows below. What
+ * would be twice as long ends a little beyond the limit, as the law says. */
+static void test_stiffening(void **unused) {
+    (void)unused;
+    const double modulus = 20.0, weight = 0.2, gravity = 50.0, green = 0.105;
+    Bench b = {0};
+    Error error = {0};
+    b.cloth = cloths_rectangle(0.1, 0.4, 6, 21, cloths_fabric(weight, modulus, 0.0, 1e-6, 0.0));
+    b.cloth.fabric.shear.value = 1e-5;
+    b.cloth.fabric.stretch_limit.value = green;
+    b.cloth.model = "springs";
+    b.cloth.stiffening = 20.0;
+    b.scene = cloths_scene(&b.cloth);
+    b.scene.gravity = vec3(0, -gravity, 0);
+    b.scene.solver.self_contact = false;
+    b.handles[0] = handle_default();
+    b.handles[0].region = REGION_TOP;
+    bench_build(&b, 1);
+    const Stepper *stepper = stepper_find("static");
+    void *data;
+    assert_true(stepper->create(&b.system, &data, &error));
+    State state = state_allocate(&b.system, &b.arena);
+    state_start(&b.system, &state);
+    Statistics statistics = {.smallest_gap = INFINITY};
+    if (!stepper->advance(&b.system, data, &state, 1.0, &statistics, &error)) {
+        fail_msg("%s", error.text);
+    }
+    double h = 0.4 / 20, limit = sqrt(1.0 + 2.0 * green) - 1.0, most = 0.0;
+    for (int j = 0; j < 20; j++) {
+        int low = 6 * j + 2;
+        double length = state.x[3 * (low + 6) + 1] - state.x[3 * low + 1];
+        double load = weight * gravity * h * (j + 0.5); /* [N/m] of the rows up to this one */
+        double strain = load / modulus;
+        if (strain > limit) {
+            strain = limit + (load - modulus * limit) / (21.0 * modulus);
+        }
+        CHECK_NEAR(length / h - 1.0, strain, 1e-5);
+        most = fmax(most, length / h - 1.0);
+    }
+    CHECK_AT_MOST(0.19, weight * gravity * 0.4 / modulus); /* unlimited */
+    CHECK_AT_MOST(most, limit + 0.01);
+    stepper->destroy(data);
+    arena_free(&b.arena);
+}
+
 /* the curvature stencil: as accurate as that of mlpg, which is the same */
 static void test_cantilever(void **unused) {
     (void)unused;
@@ -189,13 +236,10 @@ static void test_second_neighbours(void **unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_laws),
-        cmocka_unit_test(test_elastica_law),
-        cmocka_unit_test(test_spring),
-        cmocka_unit_test(test_moduli),
-        cmocka_unit_test(test_refusals),
-        cmocka_unit_test(test_cantilever),
-        cmocka_unit_test(test_second_neighbours),
+        cmocka_unit_test(test_laws),       cmocka_unit_test(test_elastica_law),
+        cmocka_unit_test(test_spring),     cmocka_unit_test(test_moduli),
+        cmocka_unit_test(test_refusals),   cmocka_unit_test(test_stiffening),
+        cmocka_unit_test(test_cantilever), cmocka_unit_test(test_second_neighbours),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -131,12 +131,21 @@ static double find_onset(const SpringKind *kind) {
 }
 
 SpringKind spring_kind(double rest, double stiffness, const BuckleLaw *law, double rigidity) {
-    SpringKind kind = {
-        .rest = rest, .stiffness = stiffness, .law = law, .rigidity = rigidity, .onset = INFINITY};
+    SpringKind kind = {.rest = rest,
+                       .stiffness = stiffness,
+                       .law = law,
+                       .rigidity = rigidity,
+                       .onset = INFINITY,
+                       .limit = INFINITY};
     if (law) {
         kind.onset = find_onset(&kind);
     }
     return kind;
+}
+
+/* [m] beyond the limit; d = 1 - l/L */
+static double beyond_limit(const SpringKind *kind, double d) {
+    return -d > kind->limit ? (-d - kind->limit) * kind->rest : 0.0;
 }
 
 double spring_energy(const SpringKind *kind, double length) {
@@ -150,7 +159,7 @@ double spring_energy(const SpringKind *kind, double length) {
         energy +=
             kind->rigidity / kind->rest * (kind->law->energy(d) - kind->law->energy(kind->onset));
     }
-    return energy;
+    return energy + 0.5 * kind->stiffen * beyond_limit(kind, d) * beyond_limit(kind, d);
 }
 
 double spring_tension(const SpringKind *kind, double length, double *slope) {
@@ -160,8 +169,8 @@ double spring_tension(const SpringKind *kind, double length, double *slope) {
         return *slope = 0.0;
     }
     if (d <= kind->onset) {
-        *slope = kind->stiffness;
-        return kind->stiffness * stretch;
+        *slope = kind->stiffness + (-d > kind->limit ? kind->stiffen : 0.0);
+        return kind->stiffness * stretch + kind->stiffen * beyond_limit(kind, d);
     }
     double scale = kind->rigidity / (kind->rest * kind->rest);
     *slope = scale / kind->rest * kind->law->slope(d);

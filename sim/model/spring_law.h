@@ -4,7 +4,9 @@
  * A strip of length L and bending rigidity k [N m2] whose ends are pressed together to r = l/L
  * carries the force f(d) k/L2, d = 1 - r. The table holds f, its integral from 0 and its slope.
  * In compression a spring follows its line until the strip would carry less (the *onset*), then
- * the strip. */
+ * the strip. Stretched beyond a limit it stiffens: the energy
+ *     stiffen/2 (l - (1 + limit) L)^2,   l > (1 + limit) L
+ * stands for what Provot (1995) did by moving nodes together again after every step. */
 #ifndef TOILE_MODEL_SPRING_LAW_H
 #define TOILE_MODEL_SPRING_LAW_H
 
@@ -30,6 +32,8 @@ typedef struct SpringKind {
     const BuckleLaw *law; /* NULL: the line alone */
     double rigidity;      /* [N m2] k */
     double onset;         /* d where the strip takes over; INFINITY: never */
+    double limit;         /* strain beyond which it stiffens; INFINITY: never */
+    double stiffen;       /* [N/m] there, on top of the line */
 } SpringKind;
 
 /* Finds the onset. law NULL: a line. */

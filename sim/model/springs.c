@@ -4,7 +4,8 @@
  * Membrane: structural springs along the threads, two diagonals in every cell. Homogenised,
  *     C11 = ks1 + kd a,  C22 = ks2 + kd / a,  C12 = C66 = kd,   a = (h1/h2)^2,
  * so the moduli E1, E2, G of the fabric are met and its Poisson ratio is not. A compressed
- * structural spring gives way like a buckled strip (spring_law.h).
+ * structural spring gives way like a buckled strip; one that is stretched beyond the limit of the
+ * fabric stiffens, if wished (spring_law.h).
  * Bending: "stencil" takes the curvature at three nodes and the twist of a cell (bending.h);
  * "choi_ko", "chord" and "provot" are springs between second neighbours.
  */
@@ -31,7 +32,8 @@ typedef struct Springs {
     bool second;     /* second neighbours bend */
     bool curvature;  /* the tangent has that of `bending` */
     Bending bending; /* the residual, unless second neighbours bend */
-    double push;     /* [1/s2] largest line stiffness / mass of pushing springs */
+    double push;     /* [1/s2] largest stiffness / mass that springs at rest do not show: of
+                        pushing ones, and of those stretched beyond the limit */
 } Springs;
 
 /* ---- constants from the fabric ---- */
@@ -93,6 +95,12 @@ static void create_kinds(Cloth *cloth, const Constants *c, Springs *s) {
         double width = h[1 - axis] * (k % 2 ? 0.5 : 1.0);
         s->kinds[k] = spring_kind(h[axis], c->structural[axis] * width / h[axis],
                                   law_of(def->buckling), rigidity[axis] * width);
+        if (def->stiffening > 0.0 && isfinite(def->fabric.stretch_limit.value)) {
+            s->kinds[k].limit = sqrt(1.0 + 2.0 * def->fabric.stretch_limit.value) - 1.0;
+            s->kinds[k].stiffen = def->stiffening * c->structural[axis] * width / h[axis];
+            double mass = m->density * h[axis] * width;
+            s->push = fmax(s->push, s->kinds[k].stiffen / mass);
+        }
     }
     double diagonal = hypot(p->h1, p->h2);
     s->kinds[DIAGONAL] =
@@ -276,7 +284,8 @@ static void add_hessian(const Cloth *cloth, const double *x, const double *sigma
 static double stable_step(const Cloth *cloth) {
     const Springs *s = cloth->data;
     double power = stable_step_by_power(cloth);
-    bool kinks = isfinite(s->kinds[0].onset) || isfinite(s->kinds[2].onset);
+    bool kinks =
+        isfinite(s->kinds[0].onset) || isfinite(s->kinds[2].onset) || s->kinds[0].stiffen > 0.0;
     return (kinks ? KINK_SHARE : 1.0) * 2.0 / sqrt(4.0 / (power * power) + 4.0 * s->push);
 }
 

@@ -66,9 +66,8 @@ typedef enum MembraneKind {
     MEMBRANE_TRIANGLES
 } MembraneKind;
 
-/* How springs give way in compression. */
 typedef enum BuckleKind {
-    BUCKLE_ELASTICA, /* like the exact pinned strip */
+    BUCKLE_ELASTICA, /* compressed springs give way like the exact pinned strip */
     BUCKLE_ARC,      /* like a circular arc (Choi, Ko 2002) */
     BUCKLE_QUARTIC,  /* their published fit of the arc */
     BUCKLE_NONE      /* never */
@@ -106,6 +105,7 @@ typedef struct ClothDef {
     BendingKind bending;       /* auto */
     bool hysteresis;           /* yarns stick and slip, by 2HB and 2HG of the fabric; false */
     BuckleKind buckling;       /* of model springs; elastica */
+    double stiffening;         /* of model springs beyond the fabric's stretch limit / modulus; 0 */
     MembraneKind membrane;     /* of model triangles; auto */
 } ClothDef;
 
