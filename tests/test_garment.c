@@ -344,7 +344,7 @@ static void test_errors(void **unused) {
     Arena arena = {0};
     const char *good = gore_scene(&arena, 3, 0.7, 1.2, 0.3, "");
     expect_error(replace(&arena, good, "model: triangles", "model: springs"),
-                 "model 'springs' cannot be sewn; 'triangles' can");
+                 "model 'springs' has no seams and no meshes; 'triangles' has");
     expect_error(replace(&arena, good, "- [p1.4-5, p2.0-9]", "- [p0.4-5, p1.0-9]"),
                  "panel 'p1' is not sewn to 'p2': panels stand in a ring");
     expect_error(replace(&arena, good, "p1.0-9", "p1.9-0"), "starts 0.");

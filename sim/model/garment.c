@@ -6,7 +6,6 @@
 
 #define RING_STEPS 400  /* depths at which the ring is known */
 #define OVAL_STEPS 1440 /* pieces of its cross-section; a multiple of 4 */
-enum { END_TOP = 1, END_BOTTOM = 2 };
 
 #define PARALLEL 1e-6 /* widening / depth of sides that never meet */
 #define FLATTEST 0.05 /* least fall of the ring / depth: wider hems would lie flat, or fold */
@@ -375,8 +374,8 @@ static void mark_ends(const Ring *ring, Panel *p, Arena *arena) {
             bool rises = x[2 * b + 1] > x[2 * a + 1];
             up[k] = rises ? b : a, low[k] = rises ? a : b;
         }
-        mark_run(p, loop, up[1], up[0], END_TOP, ends);
-        mark_run(p, loop, low[0], low[1], END_BOTTOM, ends);
+        mark_run(p, loop, up[1], up[0], GARMENT_TOP, ends);
+        mark_run(p, loop, low[0], low[1], GARMENT_BOTTOM, ends);
     }
     p->ends = ends;
 }
@@ -443,11 +442,11 @@ bool garment_sew(const ClothDef *def, Arena *arena, Panel *p, Error *error) {
     return check_mesh(def, p, error);
 }
 
-int garment_select(const Panel *p, bool top, unsigned char *marks) {
+int garment_select(const Panel *p, unsigned char end, unsigned char *marks) {
     int count = 0;
     for (int i = 0; i < p->vertex_count; i++) {
         int node = p->vertex_node[i];
-        if (p->ends[i] & (top ? END_TOP : END_BOTTOM)) {
+        if (p->ends[i] & end) {
             count += !marks[node];
             marks[node] = 1;
         }

@@ -19,7 +19,9 @@ int garment_panel_at(const ShapeDef *shape, double u);
  * apart, or an edge would belong to three triangles or turn its face inward. */
 bool garment_sew(const ClothDef *def, Arena *arena, Panel *panel, Error *error);
 
-/* Marks the nodes along the top or bottom of each panel; returns how many. */
-int garment_select(const Panel *panel, bool top, unsigned char *marks);
+enum { GARMENT_TOP = 1, GARMENT_BOTTOM = 2 }; /* Panel.ends */
+
+/* Marks the nodes that have that end; returns how many. */
+int garment_select(const Panel *panel, unsigned char end, unsigned char *marks);
 
 #endif

@@ -134,8 +134,8 @@ bool cloth_create(Cloth *cloth, const ClothDef *def, const HandleDef *handles, i
     }
     if (cloth->panel.vertex_node && !cloth->model->seams) {
         return error_set(error, EXIT_BAD_INPUT,
-                         "cloth '%s': model '%s' cannot be sewn; 'triangles' can", def->name,
-                         def->model);
+                         "cloth '%s': model '%s' has no seams and no meshes; 'triangles' has",
+                         def->name, def->model);
     }
     if (!choose_bending(cloth, arena, error)) {
         return false;

@@ -5,6 +5,7 @@
 
 #include "sim/base/hash.h"
 #include "sim/model/garment.h"
+#include "sim/model/panel_mesh.h"
 #include "sim/model/scatter.h"
 
 #define ERROR_AT_BENDING_LENGTH 0.2 /* relative error when the spacing is the bending length */
@@ -40,6 +41,9 @@ static bool is_lattice(const ClothDef *def) {
 }
 
 int panel_node_estimate(const ClothDef *def) {
+    if (def->shape.kind == SHAPE_MESH) {
+        return def->shape.mesh->vertex_count;
+    }
     if (is_lattice(def)) {
         int nu, nv;
         lattice_size(def, &nu, &nv);
@@ -141,11 +145,13 @@ static void add_noise(const ClothDef *def, uint64_t seed, Panel *p) {
 
 bool panel_create(const ClothDef *def, uint64_t seed, Arena *arena, Panel *panel, Error *error) {
     *panel = (Panel){0};
-    bool ok = is_lattice(def) ? lattice_create(def, arena, panel, error)
-                              : scatter_create(def, seed, arena, panel, error);
+    bool mesh = def->shape.kind == SHAPE_MESH;
+    bool ok = mesh              ? panel_from_mesh(def, arena, panel, error)
+              : is_lattice(def) ? lattice_create(def, arena, panel, error)
+                                : scatter_create(def, seed, arena, panel, error);
     if (ok && def->shape.kind == SHAPE_GARMENT) {
         ok = garment_sew(def, arena, panel, error);
-    } else if (ok) {
+    } else if (ok && !mesh) {
         panel->vertex_count = panel->node_count;
         panel->vertex_material = panel->material;
         panel->vertex_triangles = panel->triangles;
@@ -203,8 +209,12 @@ int panel_select(const Panel *p, const HandleDef *handle, unsigned char *marks) 
     if (handle->region == REGION_NEAREST) {
         return select_nearest(p, handle->point, marks);
     }
-    if (p->vertex_node && handle->region != REGION_ALL) {
-        return garment_select(p, handle->region == REGION_TOP, marks);
+    if (p->vertex_node && handle->region == REGION_BORDER) {
+        return garment_select(p, PANEL_FREE_BORDER, marks);
+    }
+    if (p->vertex_node && handle->region != REGION_ALL && handle->region != REGION_CIRCLE) {
+        return garment_select(p, handle->region == REGION_TOP ? GARMENT_TOP : GARMENT_BOTTOM,
+                              marks);
     }
     int count = 0;
     for (int node = 0; node < p->node_count; node++) {

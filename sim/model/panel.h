@@ -29,7 +29,7 @@ typedef struct Panel {
     const int *vertex_triangles;   /* (triangle_count x 3) vertices */
     const int *corner; /* (points of the shape's outline) their vertices; NULL but for garments */
     const unsigned char *ends; /* (vertex_count) of a garment: 1 along the top of a panel, 2 along
-                                  its bottom */
+                                  its bottom; of a mesh: 4 along a free border */
     int loop_count;
     int *outline_begin;       /* (loop_count + 1) */
     double *outline;          /* [m] (points x 2) */

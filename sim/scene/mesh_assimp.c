@@ -196,6 +196,9 @@ static bool add_instance(Import *import, int node, unsigned number, Instance *in
     if (!check_mesh(import, mesh)) {
         return false;
     }
+    if (import->job->uv && !mesh->mTextureCoords[0]) {
+        return fail(import, "it has no texture coordinates (UV), or not everywhere");
+    }
     instance->bone_nodes = arena_push(&import->arena, int, mesh->mNumBones);
     for (unsigned b = 0; b < mesh->mNumBones; b++) {
         const struct aiBone *bone = mesh->mBones[b];
@@ -415,6 +418,16 @@ static bool send_triangles(Import *import) {
     return send_bytes(import, triangles, 3 * sizeof *triangles * (size_t)import->triangle_count);
 }
 
+static void place_uv(Import *import) {
+    for (int i = 0; i < import->instance_count; i++) {
+        const struct aiMesh *mesh = import->instances[i].mesh;
+        double *to = import->positions + 3 * (size_t)import->instances[i].first;
+        for (unsigned k = 0; k < mesh->mNumVertices; k++, to += 3) {
+            to[0] = mesh->mTextureCoords[0][k].x, to[1] = mesh->mTextureCoords[0][k].y, to[2] = 0.0;
+        }
+    }
+}
+
 static bool send_frames(Import *import, double ticks_per_second) {
     size_t count = 3 * (size_t)import->vertex_count;
     unsigned most = 0;
@@ -432,6 +445,9 @@ static bool send_frames(Import *import, double ticks_per_second) {
             shape_vertices(import, &import->instances[i], ticks, shape);
             place_instance(import, &import->instances[i], shape);
         }
+        if (import->job->uv && f == 1) {
+            place_uv(import);
+        }
         if (!send_bytes(import, import->positions, count * sizeof(double))) {
             return false;
         }
@@ -442,7 +458,7 @@ static bool send_frames(Import *import, double ticks_per_second) {
 /* Frames until the animation ends; one without an animation. */
 static bool choose_frames(Import *import, double *ticks_per_second) {
     const struct aiAnimation *animation = import->animation;
-    import->reply.frame_count = 1;
+    import->reply.frame_count = import->job->uv ? 2 : 1;
     *ticks_per_second = 0.0;
     if (animation) {
         double ticks =

@@ -2,7 +2,8 @@
  *
  * What goes through the pipe, in the byte order of the machine:
  *   MeshReply; when `text` is empty: triangles i32[triangle_count][3], then for every frame
- *   positions f64[vertex_count][3] in units and axes of the file.
+ *   positions f64[vertex_count][3] in units and axes of the file; with `uv` one frame more, which
+ *   holds texture coordinates u, v, 0.
  */
 #ifndef TOILE_SCENE_MESH_ASSIMP_H
 #define TOILE_SCENE_MESH_ASSIMP_H
@@ -26,6 +27,7 @@ typedef struct MeshJob {
     MeshPart parts[1 + MESH_MOST_PARTS]; /* the file itself comes first */
     int part_count;
     bool animated;
+    bool uv;         /* not with `animated` */
     double rate;     /* [1/s] */
     int frame_count; /* frames that are wanted, at least 1 */
     int most_triangles;

@@ -272,19 +272,20 @@ static bool convert(const MeshImportDef *def, MeshDef *mesh, Error *error) {
     double *numbers = (double *)mesh->frames;
     for (size_t i = 0; i < (size_t)mesh->vertex_count * (size_t)mesh->frame_count; i++) {
         double *p = numbers + 3 * i;
+        bool uv = def->uv > 0.0 && i >= (size_t)mesh->vertex_count;
         for (int k = 0; k < 3; k++) {
             if (!isfinite(p[k])) {
                 return error_set(error, EXIT_BAD_INPUT, "vertex %zu is not finite",
                                  i % (size_t)mesh->vertex_count);
             }
-            p[k] *= mesh->scale;
+            p[k] *= uv ? def->uv : mesh->scale;
             if (fabs(p[k]) > def->farthest) {
                 return error_set(error, EXIT_BAD_INPUT,
-                                 "it reaches to %g m, at most %g are allowed; is 'scale' right?",
-                                 fabs(p[k]), def->farthest);
+                                 "it reaches to %g m, at most %g are allowed; is '%s' right?",
+                                 fabs(p[k]), def->farthest, uv ? "uv" : "scale");
             }
         }
-        if (mesh->up == MESH_UP_Y) {
+        if (mesh->up == MESH_UP_Y && !uv) {
             vec3_store(p, vec3(p[0], 0.0 - p[2], p[1])); /* no -0 */
         }
     }
@@ -326,7 +327,10 @@ bool mesh_import(const MeshImportDef *def, Arena *arena, MeshDef *mesh, Error *e
     MeshJob job = {.part_count = 1,
                    .animated = def->animated,
                    .rate = def->rate,
-                   .frame_count = def->animated ? (int)ceil(def->seconds * def->rate) + 1 : 1,
+                   .uv = def->uv > 0.0,
+                   .frame_count = def->animated   ? (int)ceil(def->seconds * def->rate) + 1
+                                  : def->uv > 0.0 ? 2
+                                                  : 1,
                    .most_triangles = MESH_MOST_TRIANGLES,
                    .most_bytes = MESH_FRAME_BYTES};
     char name[16];

@@ -27,10 +27,12 @@
 #define MESH_FRAME_BYTES ((size_t)512 << 20) /* of all frames of an animated mesh */
 
 typedef struct MeshImportDef {
-    const char *path;     /* of the file */
-    double scale;         /* [m] a unit of the file; 0: as in the table above */
-    MeshUp up;            /* auto */
-    bool animated;        /* false: as the file stands, without its animation */
+    const char *path; /* of the file */
+    double scale;     /* [m] a unit of the file; 0: as in the table above */
+    MeshUp up;        /* auto */
+    bool animated;    /* false: as the file stands, without its animation */
+    double uv;        /* [m] 1 of its texture coordinates, which become frame 1, as (u, v, 0); not
+                             with `animated`; 0: not wanted */
     double rate, seconds; /* [1/s] [s] of the frames that are wanted */
     double farthest;      /* [m] no coordinate may be larger */
     double patience;      /* [s] until the parser is ended; MESH_SECONDS */

@@ -27,20 +27,22 @@ typedef enum ShapeKind {
     SHAPE_DISC,
     SHAPE_ANNULUS,
     SHAPE_POLYGON, /* closed outline with holes */
-    SHAPE_GARMENT  /* polygons sewn together */
+    SHAPE_GARMENT, /* polygons sewn together */
+    SHAPE_MESH     /* out of a file, its places by texture coordinates */
 } ShapeKind;
 
 typedef struct ShapeDef {
     ShapeKind kind;
-    double width, height;        /* [m] rectangle */
-    double radius, inner_radius; /* [m] sleeve, disc, annulus */
-    double length;               /* [m] sleeve */
-    bool rest_curved;            /* sleeve: the rest shape is the cylinder; false: the flat panel */
-    double rest_curvature[2];    /* [1/m] rectangle: rest curvature along u, v; 0 */
-    const GarmentDef *garment;   /* NULL: one panel */
-    int loop_count;              /* polygon: outer outline, anticlockwise, then holes, clockwise */
-    const int *loop_begin;       /* (loop_count + 1) */
-    const double *outline;       /* [m] (loop_begin[loop_count] x 2) */
+    double width, height;                /* [m] rectangle */
+    double radius, inner_radius, length; /* [m] sleeve, disc, annulus; sleeve */
+    const MeshDef *mesh;                 /* frame 0: where it starts, frame 1: (u, v, 0) */
+    double uv;                           /* [m] of the mesh: what 1 in the file's (u, v) meant */
+    bool rest_curved;          /* sleeve: the rest shape is the cylinder; false: the flat panel */
+    double rest_curvature[2];  /* [1/m] rectangle: rest curvature along u, v; 0 */
+    const GarmentDef *garment; /* NULL: one panel */
+    int loop_count;            /* polygon: outer outline, anticlockwise, then holes, clockwise */
+    const int *loop_begin;     /* (loop_count + 1) */
+    const double *outline;     /* [m] (loop_begin[loop_count] x 2) */
 } ShapeDef;
 
 typedef enum KinematicsKind { KINEMATICS_GREEN, KINEMATICS_COROTATIONAL } KinematicsKind;
@@ -96,11 +98,9 @@ typedef struct ClothDef {
     Vec3 velocity;     /* [m/s] at the start; 0 */
     double noise;      /* [m] amplitude of seeded out-of-plane noise at the start; 0 */
     double damping;    /* [1/s] mass damping; 0 */
-    double bending_damping;  /* [s] of the fabric: moment per rate of curvature / bending stiffness;
-                                explicit stepper on lattices; 5 ms (loss factors of 0.3 to 1 in
-                                bending at the 10 Hz of falling folds) */
-    double membrane_damping; /* [s] likewise of force by rate of strain; 0.1 ms (a loss factor of
-                                0.1 at 150 Hz), and never more than keeps the step stable */
+    double bending_damping;  /* [s] moment per rate of curvature / bending stiffness; explicit steps
+                                on lattices; 5 ms (a loss factor of 0.3 at 10 Hz) */
+    double membrane_damping; /* [s] force by rate of strain likewise; 0.1 ms; never unstable */
     KinematicsKind kinematics; /* green */
     BendingKind bending;       /* auto */
     bool hysteresis;           /* yarns stick and slip, by 2HB and 2HG of the fabric; false */

@@ -70,6 +70,8 @@ static const Field shape_fields[] = {
     {"annulus", FIELD_GROUP, .group = &annulus_schema, .help = "u, v from its centre"},
     {"polygon", FIELD_GROUP, .group = &polygon_schema, .help = "a pattern piece"},
     {"garment", FIELD_GROUP, .group = &garment_schema, .help = "pattern pieces sewn together"},
+    {"mesh", FIELD_GROUP, .group = &cloth_mesh_schema,
+     .help = "triangles out of a file, flat by UV"},
     {0}};
 const Schema shape_schema = {.name = "shape", .help = "one of these", .fields = shape_fields};
 
@@ -85,7 +87,7 @@ bool shape_read(Reader *reader, const Field *field, const Yaml *value, void *mem
     if (value->kind != YAML_MAP || value->count != 1) {
         return schema_error(reader, value,
                             "'shape' wants one of rectangle, sleeve, disc, annulus, polygon, "
-                            "garment, found %s",
+                            "garment, mesh, found %s",
                             value->kind == YAML_MAP && value->count
                                 ? "several"
                                 : yaml_describe(value, reader->report));
@@ -106,6 +108,9 @@ bool shape_read(Reader *reader, const Field *field, const Yaml *value, void *mem
     }
     if (kind == SHAPE_GARMENT) {
         return garment_read(reader, value->first, shape);
+    }
+    if (kind == SHAPE_MESH) {
+        return cloth_mesh_read(reader, value->first, shape);
     }
     if (!schema_read(reader, shape_fields[kind].group, value->first, shape)) {
         return false;
@@ -139,6 +144,8 @@ void shape_print(FILE *out, int indent, const Field *field, const void *member) 
         outlines_print(out, indent + 4, shape->loop_begin, shape->loop_count, shape->outline);
     } else if (shape->kind == SHAPE_GARMENT) {
         garment_print(out, indent + 4, shape);
+    } else if (shape->kind == SHAPE_MESH) {
+        cloth_mesh_print(out, indent + 4, shape);
     } else {
         schema_print(out, indent + 4, row->group, shape);
     }
@@ -275,6 +282,8 @@ double shape_area(const ShapeDef *shape) {
             area += loop_area(shape, loop);
         }
         return area;
+    case SHAPE_MESH:
+        return cloth_mesh_area(shape->mesh);
     }
     return 0.0;
 }
@@ -300,6 +309,9 @@ void shape_extents(const ShapeDef *shape, double extents[2]) {
         }
         extents[0] = high[0] - low[0], extents[1] = high[1] - low[1];
         return;
+    case SHAPE_MESH:
+        cloth_mesh_extents(shape->mesh, extents);
+        return;
     }
 }
 
@@ -312,6 +324,9 @@ static bool is_lattice(const ClothDef *cloth) {
 static double choose_nodes(ClothDef *cloth) {
     double extents[2];
     shape_extents(&cloth->shape, extents);
+    if (cloth->shape.kind == SHAPE_MESH) {
+        return cloth->shape.mesh->vertex_count;
+    }
     if (!is_lattice(cloth)) {
         if (cloth->spacing == 0.0) {
             cloth->spacing = fmax(extents[0], extents[1]) / SCATTERED_DIVISIONS;
@@ -339,6 +354,12 @@ static bool check_ways(Reader *reader, const Yaml *map, const ClothDef *cloth) {
         return schema_error(reader, second->key,
                             "'%s' and '%s' exclude each other; give one of them",
                             nodes ? "nodes" : "spacing", second->key->text);
+    }
+    const Yaml *ways[4] = {nodes, spacing, accuracy, jitter};
+    for (int i = 0; i < 4 && cloth->shape.kind == SHAPE_MESH; i++) {
+        if (ways[i]) {
+            return schema_error(reader, ways[i]->key, "the nodes of a mesh are those of its file");
+        }
     }
     if (cloth->scattered && cloth->shape.kind != SHAPE_RECTANGLE) {
         return schema_error(reader, scattered->key, "only a rectangle can be 'scattered'%s",

@@ -70,6 +70,9 @@ static bool has_region(const ShapeDef *shape, int word) {
     if (shape->kind == SHAPE_GARMENT) {
         return region == REGION_TOP || region == REGION_BOTTOM || region == REGION_ALL;
     }
+    if (shape->kind == SHAPE_MESH) {
+        return region == REGION_BORDER || region == REGION_ALL;
+    }
     bool rectangle = shape->kind == SHAPE_RECTANGLE, sleeve = shape->kind == SHAPE_SLEEVE;
     if (word == WORD_START || word == WORD_END) {
         return sleeve;
@@ -89,8 +92,8 @@ static bool has_region(const ShapeDef *shape, int word) {
 
 static bool read_region(Reader *reader, const Yaml *value, const char *text, const ClothDef *cloth,
                         RegionKind *region) {
-    static const char *const shapes[] = {"rectangle", "sleeve",  "disc",
-                                         "annulus",   "polygon", "garment"};
+    static const char *const shapes[] = {"rectangle", "sleeve",  "disc", "annulus",
+                                         "polygon",   "garment", "mesh"};
     const char *words[16];
     int count = 0, word = 0;
     for (int i = 0; region_words[i]; i++) {
@@ -191,7 +194,8 @@ static bool read_target(Reader *reader, const HandleKeys *keys, const Yaml *valu
 
 static bool check_clamp(Reader *reader, const Yaml *value, const HandleDef *handle) {
     const ClothDef *cloth = &scene_context(reader)->scene->cloths[handle->cloth];
-    if (handle->kind == HANDLE_CLAMP && cloth->shape.kind == SHAPE_GARMENT) {
+    bool sewn = cloth->shape.kind == SHAPE_GARMENT || cloth->shape.kind == SHAPE_MESH;
+    if (handle->kind == HANDLE_CLAMP && sewn) {
         return schema_error(reader, value, "a garment cannot be clamped; 'hold' it");
     }
     bool single = handle->region == REGION_NEAREST ||

@@ -269,7 +269,8 @@ double shape_distance(const ShapeDef *shape, const double p[2]) {
         return fmax(0.0, fmax(r - shape->radius, shape->inner_radius - r));
     case SHAPE_POLYGON:
         return polygon_distance(shape, p);
-    case SHAPE_GARMENT: /* no place on a garment is given by (u, v) */
+    case SHAPE_GARMENT: /* no place on these is given by (u, v) */
+    case SHAPE_MESH:
         return 0.0;
     }
     return INFINITY;

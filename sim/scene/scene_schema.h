@@ -24,7 +24,7 @@ static inline SceneContext *scene_context(const Reader *reader) { return reader-
 
 extern const Schema scene_schema, film_schema, camera_schema, cloth_schema, shape_schema,
     polygon_schema, garment_schema, handle_schema, reference_schema, obstacle_schema, mesh_schema,
-    print_schema, motion_schema, pose_turn_schema;
+    print_schema, motion_schema, pose_turn_schema, cloth_mesh_schema;
 
 /* custom fields of scene_schema; `member` is the Scene */
 FieldRead scene_read_film, scene_read_cloths, scene_read_handles, scene_read_obstacles,
@@ -44,6 +44,10 @@ bool polygon_read_value(Reader *reader, const Yaml *value, ShapeDef *shape); /* 
 void outlines_print(FILE *out, int indent, const int *begin, int loop_count, const double *points);
 bool garment_read(Reader *reader, const Yaml *value, ShapeDef *shape);
 void garment_print(FILE *out, int indent, const ShapeDef *shape);
+bool cloth_mesh_read(Reader *reader, const Yaml *value, ShapeDef *shape);
+void cloth_mesh_print(FILE *out, int indent, const ShapeDef *shape);
+double cloth_mesh_area(const MeshDef *mesh); /* [m2] in (u, v) */
+void cloth_mesh_extents(const MeshDef *mesh, double extents[2]);
 /* [m] from the point (u, v) to the panel, 0 on it */
 double shape_distance(const ShapeDef *shape, const double point[2]);
 
