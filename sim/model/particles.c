@@ -66,15 +66,9 @@ static double first_slope(const YarnCurve *curve) {
 }
 
 static void create_limits(Cloth *cloth, Particles *s) {
-    const Panel *p = &cloth->panel;
-    const Material *m = &cloth->material;
-    s->limits = (SweepLattice){.h1 = p->h1,
-                               .h2 = p->h2,
-                               .c11 = m->c11,
-                               .c22 = m->c22,
-                               .d11 = first_slope(&s->units.bend[0]),
-                               .d22 = first_slope(&s->units.bend[1]),
-                               .d66 = m->d66};
+    s->limits = damping_limits(cloth);
+    s->limits.d11 = first_slope(&s->units.bend[0]);
+    s->limits.d22 = first_slope(&s->units.bend[1]);
     cloth->limits = &s->limits;
 }
 

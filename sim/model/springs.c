@@ -29,10 +29,11 @@ enum { DIAGONAL = 4, BEND = 5, KINDS = 13 };
 typedef struct Springs {
     SpringKind kinds[KINDS];
     SpringNet net;
-    bool second;     /* second neighbours bend */
-    bool curvature;  /* the tangent has that of `bending` */
-    Bending bending; /* the residual, unless second neighbours bend */
-    double push;     /* [1/s2] largest stiffness / mass that springs at rest do not show: of
+    bool second;         /* second neighbours bend */
+    bool curvature;      /* the tangent has that of `bending` */
+    Bending bending;     /* the residual, unless second neighbours bend */
+    SweepLattice limits; /* for damping */
+    double push;         /* [1/s2] largest stiffness / mass that springs at rest do not show: of
                         pushing ones, and of those stretched beyond the limit */
 } Springs;
 
@@ -213,6 +214,8 @@ static bool create(Cloth *cloth, Arena *arena, Error *error) {
     cloth->material.c11 = c.c11, cloth->material.c12 = c.c12, cloth->material.c22 = c.c22;
     cloth->material.d12 = 0.0;
     cloth->material.d66 = s->second ? 0.0 : cloth->material.d66;
+    s->limits = damping_limits(cloth);
+    cloth->limits = &s->limits;
     create_springs(cloth, s, arena);
     BendingSamples samples;
     mlpg_lattice_bending(cloth, &samples, arena);
@@ -232,12 +235,17 @@ static double energy(const Cloth *cloth, const double *x) {
     return spring_net_energy(&s->net, x) + (s->second ? 0.0 : bending_energy(&s->bending, x));
 }
 
-static void add_gradient(const Cloth *cloth, const double *x, double *gradient) {
+static void add_damped_gradient(const Cloth *cloth, const double *stretched, const double *bent,
+                                double *gradient) {
     const Springs *s = cloth->data;
-    spring_net_add_gradient(&s->net, x, gradient);
+    spring_net_add_gradient(&s->net, stretched, gradient);
     if (!s->second) {
-        bending_add_gradient(&s->bending, x, gradient);
+        bending_add_gradient(&s->bending, bent, gradient);
     }
+}
+
+static void add_gradient(const Cloth *cloth, const double *x, double *gradient) {
+    add_damped_gradient(cloth, x, x, gradient);
 }
 
 static void stress(const Cloth *cloth, const double *x, double *out) {
@@ -297,6 +305,7 @@ const ClothModel cloth_model_springs = {
     .create = create,
     .energy = energy,
     .add_gradient = add_gradient,
+    .add_damped_gradient = add_damped_gradient,
     .stress = stress,
     .predict_stress = predict_stress,
     .couple = couple,

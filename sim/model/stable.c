@@ -40,3 +40,16 @@ double stable_step_by_power(const Cloth *cloth) {
     arena_free(&arena);
     return 2.0 / sqrt(lambda);
 }
+
+SweepLattice damping_limits(const Cloth *cloth) {
+    const Panel *p = &cloth->panel;
+    const Material *m = &cloth->material;
+    return (SweepLattice){.h1 = p->h1,
+                          .h2 = p->h2,
+                          .c11 = m->c11,
+                          .c22 = m->c22,
+                          .d11 = m->d11,
+                          .d12 = m->d12,
+                          .d22 = m->d22,
+                          .d66 = m->d66};
+}

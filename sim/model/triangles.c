@@ -16,6 +16,7 @@
 typedef struct Triangles {
     StrainSamples membrane;
     Hinges hinges;
+    SweepLattice limits; /* for damping */
 } Triangles;
 
 /* Eh h^2/B beyond which constant strain triangles hold folds open */
@@ -109,6 +110,8 @@ static bool create(Cloth *cloth, Arena *arena, Error *error) {
     }
     t->hinges = hinges_create(cloth, triangles, count, cloth->bending == BENDING_TENSOR, arena);
     cloth->note = note(cloth, pairs, arena);
+    t->limits = damping_limits(cloth);
+    cloth->limits = p->nu > 0 ? &t->limits : NULL; /* what bounds it elsewhere is not known */
     cloth->strain_count = t->membrane.sample_count * t->membrane.kind->strain_count;
     for (int i = 0; i < cloth->node_count; i++) {
         cloth->mass[i] = cloth->material.density * p->area[i];
@@ -121,10 +124,15 @@ static double energy(const Cloth *cloth, const double *x) {
     return strain_energy(&t->membrane, x) + hinges_energy(&t->hinges, x);
 }
 
-static void add_gradient(const Cloth *cloth, const double *x, double *gradient) {
+static void add_damped_gradient(const Cloth *cloth, const double *stretched, const double *bent,
+                                double *gradient) {
     const Triangles *t = cloth->data;
-    strain_add_gradient(&t->membrane, x, gradient);
-    hinges_add_gradient(&t->hinges, x, gradient);
+    strain_add_gradient(&t->membrane, stretched, gradient);
+    hinges_add_gradient(&t->hinges, bent, gradient);
+}
+
+static void add_gradient(const Cloth *cloth, const double *x, double *gradient) {
+    add_damped_gradient(cloth, x, x, gradient);
 }
 
 static void stress(const Cloth *cloth, const double *x, double *out) {
@@ -165,6 +173,7 @@ const ClothModel cloth_model_triangles = {
     .create = create,
     .energy = energy,
     .add_gradient = add_gradient,
+    .add_damped_gradient = add_damped_gradient,
     .stress = stress,
     .predict_stress = predict_stress,
     .couple = couple,
