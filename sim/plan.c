@@ -190,8 +190,10 @@ void plan_print_summary(const Sim *sim, FILE *out, bool json) {
                 "listed, %.0f near\n",
                 t->impulses, t->truncations, t->rebuilds, sim->statistics.pairs,
                 sim->statistics.evaluations);
-        fprintf(out, "sim: friction took %.3g J, contact damping %.3g J, the guard %.3g J\n",
-                t->friction, t->damping, t->guard);
+        fprintf(out,
+                "sim: friction took %.3g J, contact damping %.3g J, the guard %.3g J, "
+                "the bound on sides %.3g J\n",
+                t->friction, t->damping, t->guard, t->sides);
         fprintf(out, "sim: %.0f %% of the time for contact, %.0f %% for its lists\n",
                 100.0 * t->contact_seconds / fmax(t->seconds, 1e-9),
                 100.0 * t->search_seconds / fmax(t->seconds, 1e-9));

@@ -115,6 +115,7 @@ static void add_up(Statistics *total, const Statistics *frame) {
     total->friction += frame->friction;
     total->damping += frame->damping;
     total->guard += frame->guard;
+    total->sides += frame->sides;
     total->step_length = frame->step_length > 0.0 ? frame->step_length : total->step_length;
     total->cpu += frame->cpu;
     total->seconds += frame->seconds;

@@ -269,7 +269,7 @@ static void test_heap(void **unused) {
             play_to(&play, (f + 1) / 30.0);
             crossings += threads == 1 ? play_crossings(&play) : 0;
             const Statistics *s = &sim->statistics;
-            lost += s->friction + s->damping + s->guard;
+            lost += s->friction + s->damping + s->guard + s->sides;
             double now = s->kinetic + s->elastic + s->gravity + s->contact + lost;
             start = f == 0 ? now : start;
             worst = fmax(worst, fabs(now - start));

@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "sim/model/side_bound.h"
 #include "sim/model/stable.h"
 
 double mlpg_hourglass(const Material *m, double h1, double h2, double factor) {
@@ -76,13 +77,17 @@ static bool create(Cloth *cloth, Arena *arena, Error *error) {
 
 static double energy(const Cloth *cloth, const double *x) {
     const Mlpg *mlpg = cloth->data;
-    return strain_energy(&mlpg->membrane, x) + bending_energy(&mlpg->bending, x);
+    double sides = mlpg->sweep.nu > 0 ? side_bound_energy(&mlpg->sweep, &mlpg->membrane, x) : 0.0;
+    return strain_energy(&mlpg->membrane, x) + bending_energy(&mlpg->bending, x) + sides;
 }
 
 static void add_gradient(const Cloth *cloth, const double *x, double *gradient) {
     const Mlpg *mlpg = cloth->data;
     strain_add_gradient(&mlpg->membrane, x, gradient);
     bending_add_gradient(&mlpg->bending, x, gradient);
+    if (mlpg->sweep.nu > 0) {
+        side_bound_add_gradient(&mlpg->sweep, &mlpg->membrane, x, gradient);
+    }
 }
 
 static void add_rest_gradient(const Cloth *cloth, const double *x, double *gradient) {
@@ -117,6 +122,9 @@ static void add_hessian(const Cloth *cloth, const double *x, const double *sigma
     const Mlpg *mlpg = cloth->data;
     strain_add_hessian(&mlpg->membrane, x, sigma, definite, values);
     bending_add_hessian(mlpg->tangent, x, values);
+    if (mlpg->sweep.nu > 0) {
+        side_bound_add_hessian(&mlpg->sweep, &mlpg->membrane, x, definite, values);
+    }
 }
 
 static double stable_step(const Cloth *cloth) {

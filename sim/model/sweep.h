@@ -27,11 +27,22 @@ typedef struct SweepLattice {
     double rest1, rest2;       /* [1/m] rest curvature along u, v */
 } SweepLattice;
 
+/* A side may be longer than the cell's own stretch (or its rest length) by this share. */
+#define SWEEP_SIDE_EXCESS 0.02
+
+/* Cells with a longer side. */
+typedef struct SweepSides {
+    unsigned char *row; /* (nv) 1: this row of cells holds one; NULL: not asked for */
+    unsigned char
+        *cell; /* (nu x nv) of the rows that hold one: 1 for the cell right above node i */
+} SweepSides;
+
 /* What one kick does besides the forces: v <- (v + dt (f / m + push)) * keep. */
 typedef struct SweepKick {
-    double dt;   /* [s]; v += dt f / m */
-    Vec3 push;   /* [m/s2] gravity and wind drag */
-    double keep; /* 1 / (1 + dt * (damping + drag / density)) */
+    double dt;        /* [s]; v += dt f / m */
+    Vec3 push;        /* [m/s2] gravity and wind drag */
+    double keep;      /* 1 / (1 + dt * (damping + drag / density)) */
+    SweepSides sides; /* out */
 } SweepKick;
 
 typedef struct SweepDrift {
@@ -40,7 +51,7 @@ typedef struct SweepDrift {
 } SweepDrift;
 
 /* Row buffers for one thread; (SWEEP_BUFFER_ROWS x stride). */
-#define SWEEP_BUFFER_ROWS 64
+#define SWEEP_BUFFER_ROWS 65
 
 typedef struct SweepKernel {
     const char *name; /* scalar, sse2, avx2, avx512 */

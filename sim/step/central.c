@@ -9,8 +9,10 @@
 /* v dt <= this share of the contact distance, or impacts are stopped by the guard alone */
 #define CONTACT_COURANT 0.25
 
-/* kinetic energy / (weight * size) that counts as rest, and for how long it must hold */
+/* Rest: kinetic energy / (weight * size) of the net motion of an interval, and of the motion at its
+ * end, where vertices between layers may still tremble on the spot; and for how long. */
 #define CALM_ENERGY 3e-9
+#define CALM_TREMBLE 1e-7
 #define CALM_SECONDS 0.5
 
 /* of the stability limit: what is faster is stopped by the guard, without bounce */
@@ -104,6 +106,7 @@ static void record(const System *system, const State *state, const ExplicitRun *
     s->friction += result->contact.friction;
     s->damping += result->contact.damping;
     s->guard += result->contact.guard;
+    s->sides += result->sides;
     s->approach = result->contact.approach;
     s->contact_seconds += result->contact.seconds;
     s->search_seconds += result->contact.search_seconds;
@@ -144,11 +147,26 @@ static bool sleeps(const System *system, State *state, double time_end) {
     return true;
 }
 
-static void note_calm(const System *system, Central *central, State *state, double interval) {
-    system_mark_held(system, state->time, central->held);
-    double kinetic = system_kinetic_energy(system, state->v, central->held);
-    bool calm = kinetic <= CALM_ENERGY * system->weight * system->size;
-    state->calm = calm ? state->calm + interval : 0.0;
+/* [J] kinetic energy of a straight motion to the positions of `end` */
+static double net_kinetic_energy(const System *system, const State *start, const State *end,
+                                 const unsigned char *held, double interval) {
+    double energy = 0.0;
+    for (int i = 0; i < system->place_count; i++) {
+        Vec3 moved = vec3_sub(vec3_load(end->x + 3 * i), vec3_load(start->x + 3 * i));
+        energy += held[i] ? 0.0 : 0.5 * system->mass[i] * vec3_dot(moved, moved);
+    }
+    return energy / (interval * interval);
+}
+
+/* [s] for which nothing has moved at `end` of an interval */
+static double calm_after(const System *system, Central *central, const State *start,
+                         const State *end, double interval) {
+    system_mark_held(system, end->time, central->held);
+    double net = net_kinetic_energy(system, start, end, central->held, interval);
+    double kinetic = system_kinetic_energy(system, end->v, central->held);
+    double scale = system->weight * system->size;
+    bool calm = net <= CALM_ENERGY * scale && kinetic <= CALM_TREMBLE * scale;
+    return calm ? start->calm + interval : 0.0;
 }
 
 static bool advance(const System *system, void *data, State *state, double time_end,
@@ -178,10 +196,11 @@ static bool advance(const System *system, void *data, State *state, double time_
             return error_set(error, EXIT_INTERRUPTED, "interrupted");
         }
         if (result.finite && !gained_too_much(&result)) {
+            double calm = calm_after(system, central, state, &central->trial, interval);
             state_copy(system, state, &central->trial);
             state->time = time_end;
             state->step_before = 0.0;
-            note_calm(system, central, state, interval);
+            state->calm = calm;
             record(system, state, &run, &result, statistics);
             return true;
         }

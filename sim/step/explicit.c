@@ -6,6 +6,8 @@
 #include "sim/base/parallel.h"
 #include "sim/step/air.h"
 #include "sim/step/impulse.h"
+#include "sim/step/lead.h"
+#include "sim/step/sides.h"
 #include "sim/step/stepper.h"
 
 /* nodes a thread takes at once, some 10 us; with fewer, starting the threads costs more than they
@@ -18,13 +20,6 @@ typedef struct Placed {
     Pose pose;
 } Placed;
 
-/* Damping inside the fabrics: a force of the cloth is taken at places ahead of its motion. */
-typedef struct Lead {
-    double (*limit)(const SweepLattice *lattice, double density, double wished, double dt);
-    double *wished, *time; /* [s] (cloth_count) */
-    double *place[3];      /* [m] (slot_count) */
-} Lead;
-
 struct Explicit {
     const System *system;
     const SweepKernel *kernel;
@@ -35,6 +30,7 @@ struct Explicit {
     size_t buffer_size;     /* [double] of one chunk */
     double *chunk_speed;    /* [m2/s2] */
     int *grain;             /* (cloth_count) rows of a chunk */
+    Sides *sides;           /* (cloth_count) of lattices */
     double *x, *gradient;   /* (place_count x 3) for cloths without a sweep */
     double *ahead[2];       /* [m] (place_count x 3) likewise: bent, stretched */
     unsigned char *held;    /* (place_count) */
@@ -47,10 +43,11 @@ struct Explicit {
     double *marked[3]; /* [m] (slot_count) positions from which spreads count */
     Contact *contact;  /* NULL: nothing can touch */
     Lead bending, membrane;
-    double damped;   /* [J] of this interval: by mass damping, of cloths without a sweep */
-    double air_work; /* [J] of this interval */
-    double limit;    /* [s] */
-    Impulse impulse; /* of contacts in this interval */
+    double damped;      /* [J] of this interval: by mass damping, of cloths without a sweep */
+    double air_work;    /* [J] of this interval */
+    double sides_taken; /* [J] of this interval: work on the bound on sides, and its start */
+    double limit;       /* [s] */
+    Impulse impulse;    /* of contacts in this interval */
 };
 
 static void place_lattice(Explicit *e, int c, int *slots) {
@@ -86,11 +83,13 @@ static void place_all(Explicit *e) {
     e->slot = arena_push(system->arena, int, system->place_count);
     e->lattices = arena_push(system->arena, SweepLattice, system->cloth_count);
     e->grain = arena_push(system->arena, int, system->cloth_count);
+    e->sides = arena_push(system->arena, Sides, system->cloth_count);
     for (int c = 0; c < system->cloth_count; c++) {
         const Cloth *cloth = &system->cloths[c];
         if (cloth->lattice) {
             place_lattice(e, c, &slots);
             e->grain[c] = row_grain(cloth->lattice);
+            e->sides[c] = sides_create(&e->lattices[c], system->arena);
             size_t row_chunks = (size_t)parallel_chunk_count(cloth->lattice->nv, e->grain[c]);
             chunks = row_chunks > chunks ? row_chunks : chunks;
             size_t stride = (size_t)cloth->lattice->stride;
@@ -105,19 +104,6 @@ static void place_all(Explicit *e) {
     e->buffer_size = SWEEP_BUFFER_ROWS * widest + LANE_MARGIN;
     e->buffers = arena_push(system->arena, double, e->buffer_size *chunks);
     e->chunk_speed = arena_push(system->arena, double, chunks);
-}
-
-static Lead lead_create(const Explicit *e,
-                        double (*limit)(const SweepLattice *, double, double, double)) {
-    Arena *arena = e->system->arena;
-    int cloths = e->system->cloth_count;
-    Lead lead = {.limit = limit,
-                 .wished = arena_push(arena, double, cloths),
-                 .time = arena_push(arena, double, cloths)};
-    for (int a = 0; a < 3; a++) {
-        lead.place[a] = arena_push(arena, double, e->lanes.slot_count);
-    }
-    return lead;
 }
 
 Explicit *explicit_create(const System *system) {
@@ -141,8 +127,8 @@ Explicit *explicit_create(const System *system) {
         }
     }
     e->limit = system_stable_step(system);
-    e->bending = lead_create(e, sweep_bending_time);
-    e->membrane = lead_create(e, sweep_membrane_time);
+    e->bending = lead_create(system, e->lanes.slot_count, sweep_bending_time);
+    e->membrane = lead_create(system, e->lanes.slot_count, sweep_membrane_time);
     return e;
 }
 
@@ -218,8 +204,9 @@ static SweepKick kick_of(const Explicit *e, int c, double dt) {
     const Scene *scene = e->system->scene;
     double damping = e->system->damping[e->system->first[c]];
     double drag = scene->air.drag / e->system->cloths[c].material.density;
-    return (SweepKick){dt, vec3_axpy(scene->gravity, drag, scene->air.wind),
-                       1.0 / (1.0 + dt * damping)};
+    return (SweepKick){.dt = dt,
+                       .push = vec3_axpy(scene->gravity, drag, scene->air.wind),
+                       .keep = 1.0 / (1.0 + dt * damping)};
 }
 
 static void kick_scattered(Explicit *e, int c, const SweepKick *kick) {
@@ -238,22 +225,6 @@ static void kick_scattered(Explicit *e, int c, const SweepKick *kick) {
     }
 }
 
-/* chooses `taken` for steps of dt: the places of the lead where some cloth is damped, else x */
-static void lead_start(Explicit *e, Lead *lead, double dt, double *taken[3]) {
-    bool damped = false;
-    for (int c = 0; c < e->system->cloth_count; c++) {
-        const Cloth *cloth = &e->system->cloths[c];
-        double density = cloth->material.density;
-        const SweepLattice *limits = e->lattices[c].nu > 0 ? &e->lattices[c] : cloth->limits;
-        bool possible = limits && lead->wished[c] > 0.0;
-        lead->time[c] = possible ? lead->limit(limits, density, lead->wished[c], dt) : 0.0;
-        damped = damped || possible;
-    }
-    for (int a = 0; a < 3; a++) {
-        taken[a] = damped ? lead->place[a] : e->lanes.x[a];
-    }
-}
-
 /* damping of the fabrics for steps of dt */
 static void set_damping(Explicit *e, const ExplicitRun *run) {
     for (int c = 0; c < e->system->cloth_count; c++) {
@@ -261,8 +232,8 @@ static void set_damping(Explicit *e, const ExplicitRun *run) {
         e->bending.wished[c] = run->kinetic_damping ? 0.0 : def->bending_damping;
         e->membrane.wished[c] = run->kinetic_damping ? 0.0 : def->membrane_damping;
     }
-    lead_start(e, &e->bending, run->dt, e->lanes.bent);
-    lead_start(e, &e->membrane, run->dt, e->lanes.stretched);
+    lead_start(&e->bending, e->system, e->lattices, run->dt, e->lanes.x, e->lanes.bent);
+    lead_start(&e->membrane, e->system, e->lattices, run->dt, e->lanes.x, e->lanes.stretched);
 }
 
 static void kick(Explicit *e, double dt) {
@@ -281,6 +252,7 @@ static void kick(Explicit *e, double dt) {
             if (rest) {
                 add_model_force(e, c, cloth->model->add_rest_gradient);
             }
+            kick_one.sides = e->sides[c].seen;
             KickJob job = {e, &e->lattices[c], kick_one};
             parallel_for(e->lattices[c].nv, e->grain[c], kick_chunk, &job);
             if (rest || air) {
@@ -472,6 +444,30 @@ static void stop_all(Explicit *e) {
     }
 }
 
+/* before a kick; `all`: not only where the last kick saw some */
+static void find_sides(Explicit *e, bool all) {
+    for (int c = 0; c < e->system->cloth_count; c++) {
+        sides_find(&e->sides[c], &e->lanes, e->held + e->system->first[c], all);
+    }
+}
+
+/* [J] now, of all cells */
+static double stored_in_sides(Explicit *e) {
+    double energy = 0.0;
+    find_sides(e, true);
+    for (int c = 0; c < e->system->cloth_count; c++) {
+        energy += sides_energy(&e->sides[c]);
+    }
+    return energy;
+}
+
+/* after it: no side grows in a drift of dt */
+static void hold_sides(Explicit *e, double dt, double share) {
+    for (int c = 0; c < e->system->cloth_count; c++) {
+        e->sides_taken += sides_hold(&e->sides[c], &e->lanes, dt, share);
+    }
+}
+
 /* one kick, with the contacts of this instant */
 static void kick_with_contact(Explicit *e, double dt, double share, double time_end) {
     if (e->contact) {
@@ -513,8 +509,10 @@ static void run_steps(Explicit *e, const ExplicitRun *run, const State *state,
     double share = run->symplectic_euler ? 1.0 : 0.5, kinetic = 0.0;
     for (int s = 0; s < run->steps && !step_interrupted; s++) {
         double time_end = run->kinetic_damping ? state->time : state->time + (s + 1) * run->dt;
+        find_sides(e, s == 0);
         kick_with_contact(e, run->dt, share, time_end);
         result->work += steer_held(e, run->dt, share * run->dt, time_end);
+        hold_sides(e, run->dt, share);
         share = 1.0;
         result->steps++;
         if (run->kinetic_damping && kill_at_peak(e, run, &kinetic, result, &share)) {
@@ -528,10 +526,10 @@ static void run_steps(Explicit *e, const ExplicitRun *run, const State *state,
     }
     if (run->kinetic_damping) {
         stop_all(e);
-        return;
-    }
-    if (!run->symplectic_euler) {
+    } else if (!run->symplectic_euler) {
+        find_sides(e, false);
         kick_with_contact(e, run->dt, 0.5, state->time + (run->steps + 1) * run->dt);
+        hold_sides(e, run->dt, 0.5);
     }
 }
 
@@ -578,6 +576,7 @@ ExplicitResult explicit_interval(Explicit *e, const ExplicitRun *run, State *sta
     mark_held(e, state->time);
     e->air_work = e->damped = 0.0;
     set_damping(e, run);
+    e->sides_taken = stored_in_sides(e);
     drift(e, 0.0); /* puts ghosts, curvature and stretch in their places */
     if (e->contact) {
         ContactMotion motion = {fastest_now, mark_places, spread_now, e};
@@ -592,6 +591,7 @@ ExplicitResult explicit_interval(Explicit *e, const ExplicitRun *run, State *sta
     double after = total_energy(e, run->dt, state, &result.energy_scale, &result.contact_energy);
     result.energy_gain = after - before + e->damped;
     result.finite = isfinite(after) && isfinite(result.fastest);
+    result.sides = e->sides_taken - stored_in_sides(e);
     if (e->contact) {
         result.contact = *contact_statistics(e->contact);
     }

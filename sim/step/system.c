@@ -6,7 +6,7 @@
 const char statistic_names[] =
     "asleep\nsteps\nretries\nstep_length\nnewton_iterations\nfactorisations\nresidual\n"
     "kinetic\nelastic\ngravity\ncontact\nwork\nsmallest_gap\nsmallest_self_gap\ntruncations\n"
-    "impulses\nlag\npairs\nevaluations\nrebuilds\nfriction\ndamping\nguard\napproach\ncpu\n"
+    "impulses\nlag\npairs\nevaluations\nrebuilds\nfriction\ndamping\nguard\nsides\napproach\ncpu\n"
     "seconds\ncontact_seconds\nsearch_seconds\n";
 
 /* [m] skin beside half the cloth's thickness on either side; below it contact needs tiny steps */

@@ -69,7 +69,7 @@ typedef struct Statistics {
                                                   when none was near */
     double truncations, impulses, lag;         /* guard; lag [s] of the slowest obstacle */
     double pairs, evaluations, rebuilds;       /* listed and looked at (mean of a step); searches */
-    double friction, damping, guard;           /* [J] taken out of the cloth in the frame */
+    double friction, damping, guard, sides;    /* [J] taken out of the cloth in the frame */
     double approach;                           /* [m/s] fastest of a near pair */
     double cpu;                                /* [s] process time of the frame */
     double seconds, contact_seconds, search_seconds; /* [s] of the clock: the frame, contact in it,

@@ -1,0 +1,50 @@
+/* side_bound.h: a bound on the sides of a lattice's cells.
+ *
+ * A cell is sampled once (mlpg.md), so its sides are free to differ from the strain that it sees: at a
+ * point load, as at the corner of a box, sides would stretch by a fifth while their cells stay within a
+ * hundredth. With l the length of a side, h its length at rest and s the stretched one of its cell,
+ *   excess = l - (1 + SWEEP_SIDE_EXCESS) max(h, s),   W = k/2 excess^2   where excess > 0,
+ * once for each side of each cell. k is a few times the stiffness of half the cell; a cell that
+ * stretches as a whole meets no bound. */
+#ifndef TOILE_MODEL_SIDE_BOUND_H
+#define TOILE_MODEL_SIDE_BOUND_H
+
+#include "sim/base/vec.h"
+#include "sim/model/strain.h"
+#include "sim/model/sweep.h"
+
+/* k over the stiffness of half a cell */
+#define SIDE_BOUND_STIFFNESS 3.0
+
+/* A side that is too long. Slopes and curvature are by the vectors along it and along the side across
+ * the cell. */
+typedef struct SideExcess {
+    double excess; /* [m] */
+    Vec3 slope[2];
+    Vec3 along, mean;          /* unit vectors: of the side, of the cell */
+    double curving, uncurving; /* [1/m] d2 excess: curving (I - along along') by the side itself,
+                                  less uncurving (I - mean mean') by all four pairs of vectors */
+} SideExcess;
+
+/* [N/m] k of sides along u (axis 0) or v (axis 1). */
+static inline double side_bound_stiffness(const SweepLattice *l, int axis) {
+    double half = axis == 0 ? l->c11 * l->h2 / l->h1 : l->c22 * l->h1 / l->h2;
+    return SIDE_BOUND_STIFFNESS * 0.5 * half;
+}
+
+/* Corners of a cell (00, 10, 01, 11) from which to which a side runs, then those of the side across; two
+ * along u, then two along v. */
+extern const int side_bound_corners[4][4];
+
+/* Is the side too long? `own` [m] along it, `other` along the one across, `spacing` at rest. */
+bool side_bound_exceeded(Vec3 own, Vec3 other, double spacing, SideExcess *out);
+
+/* W, its gradient and Hessian over the cells of a membrane (strain_lattice); `definite` leaves the
+ * negative part of the Hessian out. */
+double side_bound_energy(const SweepLattice *lattice, const StrainSamples *cells, const double *x);
+void side_bound_add_gradient(const SweepLattice *lattice, const StrainSamples *cells,
+                             const double *x, double *gradient);
+void side_bound_add_hessian(const SweepLattice *lattice, const StrainSamples *cells,
+                            const double *x, bool definite, double *values);
+
+#endif

@@ -1,0 +1,120 @@
+#include "sim/step/sides.h"
+
+#include <math.h>
+
+/* rounds over the list: neighbours share nodes */
+#define ROUNDS 3
+
+Sides sides_create(const SweepLattice *lattice, Arena *arena) {
+    SweepSides seen = {arena_push(arena, unsigned char, lattice->nv),
+                       arena_push(arena, unsigned char, lattice->nu * lattice->nv)};
+    return (Sides){.lattice = lattice, .seen = seen, .arena = arena};
+}
+
+static Vec3 difference(double *const lane[3], const int slot[2]) {
+    int from = slot[0], to = slot[1];
+    return vec3(lane[0][to] - lane[0][from], lane[1][to] - lane[1][from],
+                lane[2][to] - lane[2][from]);
+}
+
+/* [m/s] */
+static double growth(const LongSide *side, const Lanes *lanes) {
+    return vec3_dot(side->slope[0], difference(lanes->v, side->slot)) +
+           vec3_dot(side->slope[1], difference(lanes->v, side->slot + 2));
+}
+
+/* the side between the first two nodes, when it is too long */
+static void add_side(Sides *sides, const Lanes *lanes, LongSide side, double spacing) {
+    SideExcess found;
+    if (!side_bound_exceeded(difference(lanes->x, side.slot), difference(lanes->x, side.slot + 2),
+                             spacing, &found)) {
+        return;
+    }
+    side.excess = found.excess;
+    side.slope[0] = found.slope[0], side.slope[1] = found.slope[1];
+    side.before = growth(&side, lanes);
+    if (sides->count == sides->room) {
+        sides->room = 2 * sides->room + 64;
+        sides->list = arena_grow(sides->arena, LongSide, sides->list, sides->count, sides->room);
+    }
+    sides->list[sides->count++] = side;
+}
+
+static void add_cell(Sides *sides, const Lanes *lanes, const unsigned char *held, int i, int j) {
+    const SweepLattice *l = sides->lattice;
+    int right = i + 1 < l->nu ? i + 1 : 0, row = l->first + j * l->stride;
+    int node[4] = {j * l->nu + i, j * l->nu + right, (j + 1) * l->nu + i, (j + 1) * l->nu + right};
+    int slot[4] = {row + i, row + right, row + l->stride + i, row + l->stride + right};
+    for (int k = 0; k < 4; k++) {
+        LongSide side = {.stiffness = side_bound_stiffness(l, k / 2)};
+        for (int c = 0; c < 4; c++) {
+            int corner = side_bound_corners[k][c];
+            side.slot[c] = slot[corner];
+            side.mobility[c] = held[node[corner]] ? 0.0 : lanes->weight[slot[corner]];
+        }
+        add_side(sides, lanes, side, k < 2 ? l->h1 : l->h2);
+    }
+}
+
+void sides_find(Sides *sides, const Lanes *lanes, const unsigned char *held, bool all) {
+    const SweepLattice *l = sides->lattice;
+    sides->count = 0;
+    for (int j = 0; l && j + 1 < l->nv; j++) {
+        const unsigned char *cell = sides->seen.cell + j * l->nu;
+        for (int i = 0; (all || sides->seen.row[j]) && i < (l->wrap ? l->nu : l->nu - 1); i++) {
+            if (all || cell[i]) {
+                add_cell(sides, lanes, held, i, j);
+            }
+        }
+    }
+}
+
+static void apply(LongSide *side, const Lanes *lanes, double impulse) {
+    side->impulse += impulse;
+    for (int k = 0; k < 4; k++) {
+        double change = (k % 2 == 0 ? impulse : -impulse) * side->mobility[k];
+        Vec3 slope = side->slope[k / 2];
+        int slot = side->slot[k];
+        lanes->v[0][slot] += change * slope.x;
+        lanes->v[1][slot] += change * slope.y;
+        lanes->v[2][slot] += change * slope.z;
+    }
+}
+
+/* one round of sequential impulses on impulse = share dt k (excess + dt growth), which never
+ * pushes */
+static void pull(LongSide *side, const Lanes *lanes, double dt, double share) {
+    const double *w = side->mobility;
+    double give = 1.0 / (share * dt * dt * side->stiffness), mobility = 0.0;
+    for (int k = 0; k < 2; k++) {
+        mobility += (w[2 * k] + w[2 * k + 1]) * vec3_dot(side->slope[k], side->slope[k]);
+    }
+    double missing = growth(side, lanes) + side->excess / dt - give * side->impulse;
+    apply(side, lanes, max2(-side->impulse, missing / (mobility + give)));
+}
+
+double sides_energy(const Sides *sides) {
+    double energy = 0.0;
+    for (int k = 0; k < sides->count; k++) {
+        energy += 0.5 * sides->list[k].stiffness * sides->list[k].excess * sides->list[k].excess;
+    }
+    return energy;
+}
+
+double sides_hold(Sides *sides, const Lanes *lanes, double dt, double share) {
+    double lost = 0.0;
+    for (int k = 0; k < sides->count; k++) { /* right where nothing moves */
+        LongSide *side = &sides->list[k];
+        apply(side, lanes, share * dt * side->stiffness * side->excess);
+    }
+    for (int round = 0; round < ROUNDS; round++) {
+        for (int k = 0; k < sides->count; k++) {
+            pull(&sides->list[k], lanes, dt, share);
+        }
+    }
+    for (int k = 0; k < sides->count; k++) { /* force times the mean velocity around the kick */
+        const LongSide *side = &sides->list[k];
+        lost += 0.5 * side->impulse * (side->before + growth(side, lanes));
+    }
+    return lost;
+}
