@@ -42,7 +42,47 @@ static double sweep_ns(const SweepKernel *kernel, int n) {
     return best;
 }
 
+/* forces of a model by its own function, on a shaken sheet */
+static double gradient_ns(const char *model, int n, bool hysteresis) {
+    Arena arena = {0};
+    ClothDef def = cloths_rectangle(1.0, 1.0, n, n, cloths_orthotropic());
+    Cloth cloth;
+    Error error = {0};
+    def.model = model, def.hysteresis = hysteresis;
+    if (!cloth_create(&cloth, &def, NULL, 0, 1, &arena, &error)) {
+        arena_free(&arena);
+        return NAN;
+    }
+    double *x = arena_push(&arena, double, 3 * n * n), *g = arena_push(&arena, double, 3 * n * n);
+    cloth_start(&cloth, x);
+    cloths_shake(x, n * n, 0.05 * cloth.panel.h1, 3);
+    double best = INFINITY;
+    int calls = 1 + 200000 / (n * n);
+    for (int trial = 0; trial < 7; trial++) {
+        double start = bench_cpu();
+        for (int k = 0; k < calls; k++) {
+            cloth.model->add_gradient(&cloth, x, g);
+        }
+        best = fmin(best, (bench_cpu() - start) / calls / (n * n) * 1e9);
+    }
+    arena_free(&arena);
+    return best;
+}
+
+static void run_gradients(void) {
+    for (int k = 0; cloth_models[k]; k++) {
+        for (int hysteresis = 0; hysteresis < 2; hysteresis++) {
+            const char *model = cloth_models[k]->name;
+            double ns = gradient_ns(model, 51, hysteresis);
+            bench_write((BenchRow){"sweep", hysteresis ? "gradient, hysteresis" : "gradient",
+                                   "none", "ns_per_node", 51, NAN, ns, NAN, NAN, NAN,
+                                   "minimum of 7", model});
+        }
+    }
+}
+
 static void run_sweep(void) {
+    run_gradients();
     const int sizes[4] = {26, 51, 101, 201};
     for (int k = 0; k < 4; k++) {
         double scalar = NAN;
@@ -60,7 +100,8 @@ static void run_sweep(void) {
     }
 }
 
-const BenchSuite bench_sweep = {"sweep", "kick and drift of a lattice, one core", run_sweep};
+const BenchSuite bench_sweep = {
+    "sweep", "kick and drift of a lattice, forces of all models, one core", run_sweep};
 
 /* ---- implicit: one iteration against its factorisation; memory ---- */
 
