@@ -19,9 +19,15 @@ import signal
 import subprocess
 import sys
 
-import numpy as np
+try:
+    import matplotlib
+    import numpy as np
+except ImportError as error:
+    sys.exit(f"study: {error}; python3-numpy and python3-matplotlib are needed (scripts/setup.sh)")
 
 import read_states
+
+matplotlib.use("Agg")
 
 SIM = os.path.join(os.environ.get("TOILE_BUILD", os.path.join(os.path.dirname(__file__), "..", "build",
                                                               "release")), "toile-sim")
