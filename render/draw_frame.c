@@ -300,9 +300,9 @@ static bool find_motion(Drawer *drawer, int index, ExrPicture *picture, Error *e
                      .before = copy_places(drawer, &layout, before.x),
                      .places = copy_places(drawer, &layout, frame.x),
                      .surface = resample_surface(drawer->resampler),
-                     .pose = frame.pose,
-                     .pose_before = before.pose,
-                     .pose_count = frame.pose_count,
+                     .header = state_header(drawer->run->reader),
+                     .now = &frame,
+                     .then = &before,
                      .sample = {0.5 / samples, 1.0 - 0.5 / samples}};
     motion_fill(&def, picture);
     return true;

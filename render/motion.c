@@ -60,6 +60,16 @@ static Vec3 vertex_at(const float *places, uint32_t vertex) {
     return vec3((double)p[0], (double)p[1], (double)p[2]);
 }
 
+/* Where a point is seen; false: not in front of the camera. */
+static bool see_corner(const MotionDef *def, const ExrPicture *picture, Vec3 now, Vec3 before,
+                       Corner *corner) {
+    double at[3];
+    bool flat = !def->camera->perspective;
+    camera_see(def->camera, picture->width, picture->height, now, at);
+    *corner = (Corner){at[0], at[1], flat ? -at[2] : 1.0 / at[2], flat ? 1.0 : 1.0 / at[2], before};
+    return flat || at[2] > def->camera->near;
+}
+
 static void fill_cloth(const MotionDef *def, int cloth, float *depth, ExrPicture *picture) {
     const SurfacePart *part = &def->surface->parts[cloth];
     const uint32_t *corner = def->surface->fine + 3 * (size_t)part->fine_begin;
@@ -67,16 +77,38 @@ static void fill_cloth(const MotionDef *def, int cloth, float *depth, ExrPicture
         Corner c[3];
         bool seen = true;
         for (int k = 0; k < 3; k++) {
-            double at[3];
-            camera_see(def->camera, picture->width, picture->height,
-                       vertex_at(def->places, corner[k]), at);
-            bool flat = !def->camera->perspective;
-            seen = seen && (flat || at[2] > def->camera->near);
-            c[k] = (Corner){at[0], at[1], flat ? -at[2] : 1.0 / at[2], flat ? 1.0 : 1.0 / at[2],
-                            vertex_at(def->before, corner[k])};
+            Vec3 now = vertex_at(def->places, corner[k]),
+                 before = vertex_at(def->before, corner[k]);
+            seen = see_corner(def, picture, now, before, &c[k]) && seen;
         }
         if (seen) {
             fill_triangle(def, c, (uint32_t)cloth + 1, depth, picture);
+        }
+    }
+}
+
+static bool moves_itself(const MotionDef *def, int obstacle) {
+    const StateMesh *mesh = def->header->obstacles[obstacle].mesh;
+    return mesh && mesh->moves;
+}
+
+static void fill_mesh(const MotionDef *def, int obstacle, float *depth, ExrPicture *picture) {
+    const StateMesh *mesh = def->header->obstacles[obstacle].mesh;
+    const double *vertices[2] = {state_mesh_vertices(def->header, def->now, obstacle),
+                                 state_mesh_vertices(def->header, def->then, obstacle)};
+    uint32_t id = (uint32_t)(def->surface->part_count + obstacle + 1);
+    const int32_t *corner = mesh->triangles;
+    for (int t = 0; t < mesh->triangle_count; t++, corner += 3) {
+        Corner c[3];
+        bool seen = true;
+        for (int k = 0; k < 3; k++) {
+            size_t at = 3 * (size_t)corner[k];
+            Vec3 now = pose_apply(def->now->pose[obstacle], vec3_load(vertices[0] + at));
+            Vec3 before = pose_apply(def->then->pose[obstacle], vec3_load(vertices[1] + at));
+            seen = see_corner(def, picture, now, before, &c[k]) && seen;
+        }
+        if (seen) {
+            fill_triangle(def, c, id, depth, picture);
         }
     }
 }
@@ -91,15 +123,16 @@ static Vec3 place_of(const MotionDef *def, const ExrPicture *picture, int x, int
     return vec3_axpy(vec3_axpy(vec3_axpy(c->eye, depth, c->forward), right, c->right), up, c->up);
 }
 
+/* Obstacles whose shape stays. */
 static void fill_obstacles(const MotionDef *def, ExrPicture *picture) {
     int cloths = def->surface->part_count;
     for (int y = 0; y < picture->height; y++) {
         for (int x = 0; x < picture->width; x++) {
             int number =
                 (int)picture->id[(size_t)y * (size_t)picture->width + (size_t)x] - cloths - 1;
-            if (number >= 0 && number < def->pose_count) {
-                Vec3 own = pose_unapply(def->pose[number], place_of(def, picture, x, y));
-                set_motion(def, picture, x, y, pose_apply(def->pose_before[number], own));
+            if (number >= 0 && number < def->header->obstacle_count && !moves_itself(def, number)) {
+                Vec3 own = pose_unapply(def->now->pose[number], place_of(def, picture, x, y));
+                set_motion(def, picture, x, y, pose_apply(def->then->pose[number], own));
             }
         }
     }
@@ -114,6 +147,11 @@ void motion_fill(const MotionDef *def, ExrPicture *picture) {
     }
     for (int i = 0; i < def->surface->part_count; i++) {
         fill_cloth(def, i, depth, picture);
+    }
+    for (int i = 0; i < def->header->obstacle_count; i++) {
+        if (moves_itself(def, i)) {
+            fill_mesh(def, i, depth, picture);
+        }
     }
     fill_obstacles(def, picture);
     free(depth);

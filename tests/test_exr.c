@@ -153,6 +153,99 @@ static void test_motion(void **state) {
     check_motion(NULL, "splats.exr", true);
 }
 
+#define PLATE 0.2                                        /* [m] half a side */
+#define PLATE_GROW 1.1                                   /* in a frame */
+static const double plate_shift[3] = {0.01, 0.0, 0.005}; /* [m] likewise */
+
+/* A plate in front of a small cloth, facing the camera: a mesh whose vertices move from frame 0 to 1. */
+static void write_plate(void) {
+    const int32_t lattice[4] = {2, 2, 0, 0}, nodes[2] = {0, 4}, faces[6] = {0, 1, 2, 0, 2, 3};
+    const int32_t triangles[2] = {0, 2}, loops[2] = {0, 0};
+    const double uv[8] = {0, 0, 0.02, 0, 0, 0.02, 0.02, 0.02}, v[12] = {0};
+    const double x[12] = {0, .1, 0, .02, .1, 0, 0, .1, .02, .02, .1, .02};
+    const double start[12] = {-PLATE, 0, -PLATE, PLATE,  0, -PLATE,
+                              PLATE,  0, PLATE,  -PLATE, 0, PLATE};
+    const int32_t corners[6] = {0, 1, 3, 0, 3, 2};
+    StateMesh mesh = {4, 2, start, faces, true, false};
+    StateCloth cloth = {.name = "sheet", .fabric = "none", .look = "linen"};
+    StateObstacle plate = {"plate", "clay", {SOLID_SPHERE, {0, 0, 0}, 1.0}, &mesh};
+    StateHeader header = {.program = "toile test",
+                          .scene_path = "s.yaml",
+                          .scene_text = "toile: 1",
+                          .film = film_default(),
+                          .cloth_count = 1,
+                          .cloths = &cloth,
+                          .obstacle_count = 1,
+                          .obstacles = &plate};
+    header.film.camera = CAMERA_PERSPECTIVE;
+    header.film.eye = vec3(0, -DISTANCE, 0);
+    header.film.floor = false;
+    header.film.frame_count = 2;
+    StateLayout layout = {.cloth_count = 1,
+                          .node_count = 4,
+                          .vertex_count = 4,
+                          .triangle_count = 2,
+                          .lattice = lattice,
+                          .node_begin = nodes,
+                          .vertex_begin = nodes,
+                          .triangle_begin = triangles,
+                          .material = uv,
+                          .rest = x,
+                          .vertex_material = uv,
+                          .triangles = corners,
+                          .loop_begin = loops,
+                          .outline_begin = loops};
+    const Pose pose = {{0, 0, 0}, {1, 0, 0, 0}};
+    Error error = {0};
+    StateWriter *writer = state_create(folder_path("plate.states"), &error);
+    assert_non_null(writer);
+    assert_true(state_write_header(writer, &header, &error));
+    assert_true(state_write_layout(writer, &layout, &error));
+    for (int frame = 0; frame < 2; frame++) {
+        double moved[12];
+        for (int i = 0; i < 12; i++) {
+            moved[i] = frame == 0 ? start[i] : PLATE_GROW * start[i] + plate_shift[i % 3];
+        }
+        StateFrame state = {.frame = frame,
+                            .time = frame / 30.0,
+                            .x = x,
+                            .v = v,
+                            .pose_count = 1,
+                            .pose = &pose,
+                            .moved_count = 4,
+                            .moved = moved};
+        assert_true(state_write_frame(writer, &state, 4, NULL, 0, &error));
+    }
+    assert_true(state_write_done(writer, "end", &error) && state_close(writer, &error));
+}
+
+/* A mesh that moves by itself, its pose at rest: each pixel by the way of what it shows. */
+static void test_mesh_motion(void **state) {
+    (void)state;
+    double half = DISTANCE * tan(0.25), pixel = 2.0 * half / HEIGHT, worst = 0.0;
+    Options options = options_default();
+    int seen = 0;
+    write_plate();
+    options.output = folder_path("plate.exr");
+    render_frame("plate.states", 1, options);
+    float *x = read_floats(options.output, "motion.x"),
+          *y = read_floats(options.output, "motion.y");
+    uint32_t *id = read_channel(options.output, "id", EXR_PIXEL_UINT);
+    for (int i = 0; i < WIDTH * HEIGHT; i++) {
+        double right = (i % WIDTH + 0.25 - WIDTH / 2) * pixel;
+        double up = (HEIGHT / 2 - (i / WIDTH + 0.75)) * pixel;
+        if (id[i] == 2) {
+            double dx = right - (right - plate_shift[0]) / PLATE_GROW;
+            double dy = up - (up - plate_shift[2]) / PLATE_GROW;
+            worst = fmax(worst, hypot((double)x[i] - dx / pixel, (double)y[i] + dy / pixel));
+            seen++;
+        }
+    }
+    assert_true(seen > 5000);
+    CHECK_AT_MOST(worst, 1e-3); /* [px] */
+    free(x), free(y), free(id);
+}
+
 /* A measuring look is not tone-mapped: its light is the light of the code in a PNG. */
 static void test_light(void **state) {
     (void)state;
@@ -254,6 +347,7 @@ int main(void) {
         cmocka_unit_test(test_geometry),       cmocka_unit_test(test_light),
         cmocka_unit_test(test_alpha),          cmocka_unit_test(test_other_reader),
         cmocka_unit_test(test_wrong_requests), cmocka_unit_test(test_motion),
+        cmocka_unit_test(test_mesh_motion),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }
