@@ -377,7 +377,8 @@ static void take_floats(const AVFrame *frame, Image *image) {
 /* Any other format through swscale, by the colours that the file claims. */
 static bool take_pixels(VideoReader *reader, Image *image) {
     const AVFrame *frame = reader->frame;
-    bool alpha = av_pix_fmt_desc_get(frame->format)->flags & AV_PIX_FMT_FLAG_ALPHA;
+    uint64_t flags = av_pix_fmt_desc_get(frame->format)->flags;
+    bool alpha = flags & AV_PIX_FMT_FLAG_ALPHA, rgb = flags & AV_PIX_FMT_FLAG_RGB;
     bool pal = frame->format == AV_PIX_FMT_PAL8;
     reader->scaler = sws_getCachedContext(
         reader->scaler, frame->width, frame->height, frame->format, frame->width, frame->height,
@@ -386,8 +387,9 @@ static bool take_pixels(VideoReader *reader, Image *image) {
     if (!reader->scaler) {
         return false;
     }
-    bool jpeg = frame->color_range == AVCOL_RANGE_JPEG;
-    int space = frame->colorspace == AVCOL_SPC_BT709 ? SWS_CS_ITU709 : SWS_CS_ITU601;
+    /* deep RGB goes through YUV inside of swscale: back by the same matrix */
+    bool jpeg = rgb || frame->color_range == AVCOL_RANGE_JPEG;
+    int space = rgb || frame->colorspace == AVCOL_SPC_BT709 ? SWS_CS_ITU709 : SWS_CS_ITU601;
     sws_setColorspaceDetails(reader->scaler, sws_getCoefficients(space), jpeg,
                              sws_getCoefficients(SWS_CS_ITU709), 1, 0, FIXED_ONE, FIXED_ONE);
     uint8_t *rows[1] = {image->rgba};
@@ -447,7 +449,9 @@ VideoReader *video_open(const char *path, Error *error) {
     reader->packet = av_packet_alloc();
     reader->frame = av_frame_alloc();
     ASSERT(reader->packet && reader->frame);
-    if (code < 0) {
+    if (code == AVERROR(EACCES) || code == AVERROR(EPERM)) {
+        error_set(error, EXIT_IO, "%s: %s", path, strerror(AVUNERROR(code)));
+    } else if (code < 0) {
         error_set(error, code == AVERROR(ENOENT) ? EXIT_MISSING_INPUT : EXIT_BAD_INPUT,
                   "%s: is no video or picture that can be read", path);
     }
