@@ -17,7 +17,7 @@
 /* A square over a box of this width; damped, so that it comes to rest. */
 static void write_scene(char *text, size_t size, const char *look, const char *solver, double box) {
     snprintf(text, size,
-             "toile: 1\nfilm: {rate: 30, seconds: 2}\ncloth:\n  sheet:\n    damping: 8 1/s\n"
+             "toile: 1\nfilm: {rate: 30, seconds: 4}\ncloth:\n  sheet:\n    damping: 8 1/s\n"
              "    shape: {rectangle: {width: 20 cm, height: 20 cm}}\n"
              "    fabric: {name: f, weight: 150 g/m2, isotropic: {stretch: 1000 N/m, poisson: 0.3, "
              "bending: 1e-5 N m}}\n    nodes: 11 x 11\n    at: [0, 0, 5 mm]\n    look: %s\n"
@@ -25,14 +25,15 @@ static void write_scene(char *text, size_t size, const char *look, const char *s
              look, box, box, solver);
 }
 
-/* [N] all forces together after two seconds. */
+/* [N] all forces together when it has come to rest. */
 static Vec3 sum_of_forces(const char *solver, double box) {
     char text[1200];
     Play play;
     Vec3 sum = vec3(0, 0, 0);
     write_scene(text, sizeof text, "contact-force", solver, box);
     play_start(&play, text);
-    play_to(&play, 2.0);
+    play_to(&play, 3.5);
+    CHECK_AT_MOST(play.sim.statistics.kinetic, 1e-9); /* [J] */
     assert_non_null(play.sim.state.contact_force);
     for (int i = 0; i < play.sim.system.place_count; i++) {
         sum = vec3_add(sum, vec3_load(play.sim.state.contact_force + 3 * (size_t)i));
@@ -46,14 +47,14 @@ static void test_rest(void **unused) {
     (void)unused;
     const double weight = WEIGHT * SIDE * SIDE * STANDARD_GRAVITY;
     const char *solvers[2] = {"solver: {stepper: central}\n",
-                              "solver: {stepper: bdf2, step: 1/60 s}\n"};
+                              "solver: {stepper: bdf2, step: 1/240 s}\n"};
     for (int k = 0; k < 2; k++) {
         Vec3 flat = sum_of_forces(solvers[k], 0.3);
         CHECK_NEAR(flat.z / weight, 1.0, 1e-6);
         CHECK_AT_MOST(hypot(flat.x, flat.y) / weight, 1e-9);
         Vec3 hanging = sum_of_forces(solvers[k], 0.1);
-        CHECK_NEAR(hanging.z / weight, 1.0, 0.01);
-        CHECK_AT_MOST(hypot(hanging.x, hanging.y) / weight, 0.01);
+        CHECK_NEAR(hanging.z / weight, 1.0, 1e-3);
+        CHECK_AT_MOST(hypot(hanging.x, hanging.y) / weight, 1e-3);
     }
 }
 
