@@ -7,10 +7,10 @@
 const int side_bound_corners[4][4] = {{0, 1, 2, 3}, {2, 3, 0, 1}, {0, 2, 1, 3}, {1, 3, 0, 2}};
 
 bool side_bound_exceeded(Vec3 own, Vec3 other, double spacing, SideExcess *out) {
-    double length = vec3_length(own);
-    if (length <= ALLOWED * spacing) {
+    if (!side_bound_reached(own, spacing)) {
         return false;
     }
+    double length = vec3_length(own);
     Vec3 mean = vec3_scale(0.5, vec3_add(own, other));
     double stretched = vec3_length(mean);
     out->excess = length - ALLOWED * max2(spacing, stretched);

@@ -36,6 +36,12 @@ static inline double side_bound_stiffness(const SweepLattice *l, int axis) {
  * along u, then two along v. */
 extern const int side_bound_corners[4][4];
 
+/* May it be? Its length against its own at rest. */
+static inline bool side_bound_reached(Vec3 own, double spacing) {
+    double bound = (1.0 + SWEEP_SIDE_EXCESS) * spacing;
+    return vec3_dot(own, own) > bound * bound;
+}
+
 /* Is the side too long? `own` [m] along it, `other` along the one across, `spacing` at rest. */
 bool side_bound_exceeded(Vec3 own, Vec3 other, double spacing, SideExcess *out);
 

@@ -3,7 +3,7 @@
 #include <math.h>
 
 /* rounds over the list: neighbours share nodes */
-#define ROUNDS 3
+#define ROUNDS 2
 
 Sides sides_create(const SweepLattice *lattice, Arena *arena) {
     SweepSides seen = {arena_push(arena, unsigned char, lattice->nv),
@@ -11,33 +11,40 @@ Sides sides_create(const SweepLattice *lattice, Arena *arena) {
     return (Sides){.lattice = lattice, .seen = seen, .arena = arena};
 }
 
-static Vec3 difference(double *const lane[3], const int slot[2]) {
-    int from = slot[0], to = slot[1];
+static inline Vec3 difference(double *const lane[3], int from, int to) {
     return vec3(lane[0][to] - lane[0][from], lane[1][to] - lane[1][from],
                 lane[2][to] - lane[2][from]);
 }
 
 /* [m/s] */
-static double growth(const LongSide *side, const Lanes *lanes) {
-    return vec3_dot(side->slope[0], difference(lanes->v, side->slot)) +
-           vec3_dot(side->slope[1], difference(lanes->v, side->slot + 2));
+static inline double growth(const LongSide *side, const Lanes *lanes) {
+    const int *s = side->slot;
+    return vec3_dot(side->slope[0], difference(lanes->v, s[0], s[1])) +
+           vec3_dot(side->slope[1], difference(lanes->v, s[2], s[3]));
 }
 
-/* the side between the first two nodes, when it is too long */
-static void add_side(Sides *sides, const Lanes *lanes, LongSide side, double spacing) {
-    SideExcess found;
-    if (!side_bound_exceeded(difference(lanes->x, side.slot), difference(lanes->x, side.slot + 2),
-                             spacing, &found)) {
-        return;
-    }
-    side.excess = found.excess;
-    side.slope[0] = found.slope[0], side.slope[1] = found.slope[1];
-    side.before = growth(&side, lanes);
+static LongSide *new_side(Sides *sides) {
     if (sides->count == sides->room) {
         sides->room = 2 * sides->room + 64;
         sides->list = arena_grow(sides->arena, LongSide, sides->list, sides->count, sides->room);
     }
-    sides->list[sides->count++] = side;
+    return &sides->list[sides->count++];
+}
+
+/* side k of the cell with these nodes, which is too long */
+static void add_side(Sides *sides, const Lanes *lanes, const unsigned char *held, int k,
+                     const int node[4], const int slot[4], const SideExcess *found) {
+    LongSide *side = new_side(sides);
+    for (int c = 0; c < 4; c++) {
+        int corner = side_bound_corners[k][c];
+        side->slot[c] = slot[corner];
+        side->mobility[c] = held[node[corner]] ? 0.0 : lanes->weight[slot[corner]];
+    }
+    side->slope[0] = found->slope[0], side->slope[1] = found->slope[1];
+    side->excess = found->excess;
+    side->stiffness = side_bound_stiffness(sides->lattice, k / 2);
+    side->before = growth(side, lanes);
+    side->impulse = 0.0;
 }
 
 static void add_cell(Sides *sides, const Lanes *lanes, const unsigned char *held, int i, int j) {
@@ -45,14 +52,18 @@ static void add_cell(Sides *sides, const Lanes *lanes, const unsigned char *held
     int right = i + 1 < l->nu ? i + 1 : 0, row = l->first + j * l->stride;
     int node[4] = {j * l->nu + i, j * l->nu + right, (j + 1) * l->nu + i, (j + 1) * l->nu + right};
     int slot[4] = {row + i, row + right, row + l->stride + i, row + l->stride + right};
+    Vec3 along[4]; /* both sides along u, both along v */
     for (int k = 0; k < 4; k++) {
-        LongSide side = {.stiffness = side_bound_stiffness(l, k / 2)};
-        for (int c = 0; c < 4; c++) {
-            int corner = side_bound_corners[k][c];
-            side.slot[c] = slot[corner];
-            side.mobility[c] = held[node[corner]] ? 0.0 : lanes->weight[slot[corner]];
+        const int *corner = side_bound_corners[k];
+        along[k] = difference(lanes->x, slot[corner[0]], slot[corner[1]]);
+    }
+    for (int k = 0; k < 4; k++) {
+        SideExcess found;
+        double spacing = k < 2 ? l->h1 : l->h2;
+        if (side_bound_reached(along[k], spacing) &&
+            side_bound_exceeded(along[k], along[k ^ 1], spacing, &found)) {
+            add_side(sides, lanes, held, k, node, slot, &found);
         }
-        add_side(sides, lanes, side, k < 2 ? l->h1 : l->h2);
     }
 }
 
@@ -69,7 +80,7 @@ void sides_find(Sides *sides, const Lanes *lanes, const unsigned char *held, boo
     }
 }
 
-static void apply(LongSide *side, const Lanes *lanes, double impulse) {
+static inline void apply(LongSide *side, const Lanes *lanes, double impulse) {
     side->impulse += impulse;
     for (int k = 0; k < 4; k++) {
         double change = (k % 2 == 0 ? impulse : -impulse) * side->mobility[k];
