@@ -20,7 +20,8 @@ static void write_scene(char *text, size_t size, const char *look, const char *s
              "toile: 1\nfilm: {rate: 30, seconds: 4}\ncloth:\n  sheet:\n    damping: 8 1/s\n"
              "    shape: {rectangle: {width: 20 cm, height: 20 cm}}\n"
              "    fabric: {name: f, weight: 150 g/m2, isotropic: {stretch: 1000 N/m, poisson: 0.3, "
-             "bending: 1e-5 N m}}\n    nodes: 11 x 11\n    at: [0, 0, 5 mm]\n    look: %s\n"
+             "bending: 1e-5 N m}}\n    nodes: 11 x 11\n    sides: bounded\n    at: [0, 0, 5 mm]\n  "
+             "  look: %s\n"
              "obstacles:\n  box: {box: {size: [%g m, %g m, 10 cm]}, at: [0, 0, -5 cm]}\n%s",
              look, box, box, solver);
 }

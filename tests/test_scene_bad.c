@@ -185,6 +185,8 @@ static const BadFile bad_files[] = {
     {"jitter", EXIT_BAD_INPUT, "jitter.yaml:7:13: error: 'jitter' is 0.9; it must be 0 .. 0.4"},
     {"kinematics-word", EXIT_BAD_INPUT,
      "kinematics-word.yaml:6:17: error: 'grean' is not a kinematics; did you mean 'green'?"},
+    {"sides-word", EXIT_BAD_INPUT,
+     "sides-word.yaml:6:12: error: 'bound' is not a sides; did you mean 'bounded'?"},
     {"latin1", EXIT_BAD_INPUT,
      "latin1.yaml:2:7: error: byte 0xDF is not UTF-8 text; is this a binary file?"},
     {"list", EXIT_BAD_INPUT, "list.yaml:1:1: error: a scene is a mapping of keys, found a list"},

@@ -29,6 +29,7 @@ static void create_sweep(const Cloth *cloth, SweepLattice *sweep) {
                             .d22 = m->d22,
                             .d66 = m->d66};
     sweep->hourglass = mlpg_hourglass(m, p->h1, p->h2, MLPG_HOURGLASS_LATTICE);
+    sweep->bounded = cloth->def->sides == SIDES_BOUNDED;
     sweep->rest1 = p->rest_curvature[0];
     sweep->rest2 = p->rest_curvature[1];
     sweep->rest = p->wrap && (sweep->rest1 != 0.0 || sweep->rest2 != 0.0);
@@ -77,7 +78,7 @@ static bool create(Cloth *cloth, Arena *arena, Error *error) {
 
 static double energy(const Cloth *cloth, const double *x) {
     const Mlpg *mlpg = cloth->data;
-    double sides = mlpg->sweep.nu > 0 ? side_bound_energy(&mlpg->sweep, &mlpg->membrane, x) : 0.0;
+    double sides = mlpg->sweep.bounded ? side_bound_energy(&mlpg->sweep, &mlpg->membrane, x) : 0.0;
     return strain_energy(&mlpg->membrane, x) + bending_energy(&mlpg->bending, x) + sides;
 }
 
@@ -85,7 +86,7 @@ static void add_gradient(const Cloth *cloth, const double *x, double *gradient) 
     const Mlpg *mlpg = cloth->data;
     strain_add_gradient(&mlpg->membrane, x, gradient);
     bending_add_gradient(&mlpg->bending, x, gradient);
-    if (mlpg->sweep.nu > 0) {
+    if (mlpg->sweep.bounded) {
         side_bound_add_gradient(&mlpg->sweep, &mlpg->membrane, x, gradient);
     }
 }
@@ -122,7 +123,7 @@ static void add_hessian(const Cloth *cloth, const double *x, const double *sigma
     const Mlpg *mlpg = cloth->data;
     strain_add_hessian(&mlpg->membrane, x, sigma, definite, values);
     bending_add_hessian(mlpg->tangent, x, values);
-    if (mlpg->sweep.nu > 0) {
+    if (mlpg->sweep.bounded) {
         side_bound_add_hessian(&mlpg->sweep, &mlpg->membrane, x, definite, values);
     }
 }

@@ -27,7 +27,7 @@ typedef struct Mlpg {
     BendingSamples samples; /* of the residual */
     Bending bending;        /* residual */
     Bending *tangent;       /* Hessian: the 13-point stencil, or `bending` itself */
-    SweepLattice sweep;     /* nu = 0: scattered nodes */
+    SweepLattice sweep;     /* all zero: scattered nodes */
 } Mlpg;
 
 /* [N/m] k_h of a material for spacings h1, h2 [m]; factor: the m above. */

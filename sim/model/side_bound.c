@@ -17,6 +17,7 @@ bool side_bound_exceeded(Vec3 own, Vec3 other, double spacing, SideExcess *out) 
     if (out->excess <= 0.0) {
         return false;
     }
+    out->most = side_bound_most(spacing);
     out->along = vec3_scale(1.0 / length, own);
     out->curving = 1.0 / length;
     out->slope[0] = out->along;
@@ -50,7 +51,8 @@ double side_bound_energy(const SweepLattice *l, const StrainSamples *cells, cons
     for (int i = 0; i < cells->sample_count; i++) {
         for (int k = 0; k < 4; k++) {
             if (exceeded(l, cells, i, k, x, &side)) {
-                energy += 0.5 * side_bound_stiffness(l, k / 2) * side.excess * side.excess;
+                double bent = min2(side.excess, side.most);
+                energy += side_bound_stiffness(l, k / 2) * bent * (side.excess - 0.5 * bent);
             }
         }
     }
@@ -66,7 +68,7 @@ void side_bound_add_gradient(const SweepLattice *l, const StrainSamples *cells, 
             if (!exceeded(l, cells, i, k, x, &side)) {
                 continue;
             }
-            double force = side_bound_stiffness(l, k / 2) * side.excess;
+            double force = side_bound_stiffness(l, k / 2) * min2(side.excess, side.most);
             for (int c = 0; c < 4; c++) {
                 double *g = gradient + 3 * (size_t)node[side_bound_corners[k][c]];
                 double sign = c % 2 == 0 ? -force : force;
@@ -76,19 +78,21 @@ void side_bound_add_gradient(const SweepLattice *l, const StrainSamples *cells, 
     }
 }
 
-/* k (slope slope' + excess d2 excess) by vectors p and q, times `sign` */
+/* k (slope slope' + excess d2 excess) by vectors p and q, times `sign`; the first only until the side
+ * yields */
 static void vector_block(const SideExcess *side, double k, bool definite, int p, int q, double sign,
                          double block[9]) {
     const double *a = &side->slope[p].x, *b = &side->slope[q].x;
     const double *n = &side->along.x, *m = &side->mean.x;
-    double curving = p == 0 && q == 0 ? side->excess * side->curving : 0.0;
-    double uncurving = definite ? 0.0 : side->excess * side->uncurving;
+    double bent = min2(side->excess, side->most), stiff = side->excess < side->most ? 1.0 : 0.0;
+    double curving = p == 0 && q == 0 ? bent * side->curving : 0.0;
+    double uncurving = definite ? 0.0 : bent * side->uncurving;
     for (int r = 0; r < 3; r++) {
         for (int c = 0; c < 3; c++) {
             double one = r == c ? 1.0 : 0.0;
-            block[3 * r + c] =
-                sign * k *
-                (a[r] * b[c] + curving * (one - n[r] * n[c]) - uncurving * (one - m[r] * m[c]));
+            block[3 * r + c] = sign * k *
+                               (stiff * a[r] * b[c] + curving * (one - n[r] * n[c]) -
+                                uncurving * (one - m[r] * m[c]));
         }
     }
 }

@@ -1,11 +1,12 @@
-/* side_bound.h: a bound on the sides of a lattice's cells.
+/* side_bound.h: a bound on the sides of a lattice's cells (`sides: bounded`).
  *
  * A cell is sampled once (mlpg.md), so its sides are free to differ from the strain that it sees: at a
  * point load, as at the corner of a box, sides would stretch by a fifth while their cells stay within a
  * hundredth. With l the length of a side, h its length at rest and s the stretched one of its cell,
  *   excess = l - (1 + SWEEP_SIDE_EXCESS) max(h, s),   W = k/2 excess^2   where excess > 0,
  * once for each side of each cell. k is a few times the stiffness of half the cell; a cell that
- * stretches as a whole meets no bound. */
+ * stretches as a whole meets no bound. From `most` on, a share of h, the force stays as it is: where
+ * cloth is wrung so hard that its cells cannot follow, sides yield, and press no harder on contacts. */
 #ifndef TOILE_MODEL_SIDE_BOUND_H
 #define TOILE_MODEL_SIDE_BOUND_H
 
@@ -15,11 +16,14 @@
 
 /* k over the stiffness of half a cell */
 #define SIDE_BOUND_STIFFNESS 3.0
+/* excess over the spacing at which sides yield */
+#define SIDE_BOUND_MOST 0.02
 
 /* A side that is too long. Slopes and curvature are by the vectors along it and along the side across
  * the cell. */
 typedef struct SideExcess {
     double excess; /* [m] */
+    double most;   /* [m] at which it yields */
     Vec3 slope[2];
     Vec3 along, mean;          /* unit vectors: of the side, of the cell */
     double curving, uncurving; /* [1/m] d2 excess: curving (I - along along') by the side itself,
@@ -31,6 +35,9 @@ static inline double side_bound_stiffness(const SweepLattice *l, int axis) {
     double half = axis == 0 ? l->c11 * l->h2 / l->h1 : l->c22 * l->h1 / l->h2;
     return SIDE_BOUND_STIFFNESS * 0.5 * half;
 }
+
+/* [m] excess at which sides of that spacing yield. */
+static inline double side_bound_most(double spacing) { return SIDE_BOUND_MOST * spacing; }
 
 /* Corners of a cell (00, 10, 01, 11) from which to which a side runs, then those of the side across; two
  * along u, then two along v. */

@@ -23,6 +23,7 @@ typedef struct SweepLattice {
     double c11, c12, c22, c66; /* [N/m] membrane */
     double d11, d12, d22, d66; /* [N m] bending */
     double hourglass;          /* [N/m] k_h */
+    bool bounded;              /* sides of cells (side_bound.h), which the sweep leaves to others */
     bool rest;                 /* the sweep adds the moments of the rest curvature (wrapped only) */
     double rest1, rest2;       /* [1/m] rest curvature along u, v */
 } SweepLattice;
@@ -51,7 +52,7 @@ typedef struct SweepDrift {
 } SweepDrift;
 
 /* Row buffers for one thread; (SWEEP_BUFFER_ROWS x stride). */
-#define SWEEP_BUFFER_ROWS 65
+#define SWEEP_BUFFER_ROWS 64
 
 typedef struct SweepKernel {
     const char *name; /* scalar, sse2, avx2, avx512 */

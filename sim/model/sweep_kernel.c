@@ -21,7 +21,6 @@
 /* membrane forces of one row of cells */
 typedef struct CellRow {
     double *s[3], *t[3], *p2[3];
-    double *excess; /* [m2] square of the longest side, less that of the longest allowed */
 } CellRow;
 
 typedef struct Rows {
@@ -37,9 +36,6 @@ typedef struct Rows {
 
 static void rows_bind(Rows *rows, double *buffer, int stride) {
     double *next = buffer + LANE_MARGIN;
-    for (int side = 0; side < 2; side++) {
-        rows->cells[side].excess = next, next += stride;
-    }
     for (int c = 0; c < 3; c++) {
         for (int side = 0; side < 2; side++) {
             rows->cells[side].s[c] = next, next += stride;
@@ -85,9 +81,6 @@ static void cell_row(const SweepLattice *l, const Lanes *lanes, int j, CellRow *
     double *restrict sx = cells->s[0], *restrict sy = cells->s[1], *restrict sz = cells->s[2];
     double *restrict tx = cells->t[0], *restrict ty = cells->t[1], *restrict tz = cells->t[2];
     double *restrict px = cells->p2[0], *restrict py = cells->p2[1], *restrict pz = cells->p2[2];
-    double *restrict excess = cells->excess;
-    double bound = (1.0 + SWEEP_SIDE_EXCESS) * (1.0 + SWEEP_SIDE_EXCESS);
-    double bound1 = bound * l->h1 * l->h1, bound2 = bound * l->h2 * l->h2;
     double area = l->h1 * l->h2;
     double to_f1 = 0.5 / l->h1, to_f2 = 0.5 / l->h2, to_k = 1.0 / area;
     double to_p1 = area * to_f1, to_p2 = area * to_f2;
@@ -99,16 +92,11 @@ static void cell_row(const SweepLattice *l, const Lanes *lanes, int j, CellRow *
         double gx = xb[i + 1] - xb[i], gy = yb[i + 1] - yb[i], gz = zb[i + 1] - zb[i];
         double f1x = to_f1 * (ex + gx), f1y = to_f1 * (ey + gy), f1z = to_f1 * (ez + gz);
         double kx = to_k * (gx - ex), ky = to_k * (gy - ey), kz = to_k * (gz - ez);
-        double lx = xb[i] - xa[i], ly = yb[i] - ya[i], lz = zb[i] - za[i];
-        double rx = xb[i + 1] - xa[i + 1], ry = yb[i + 1] - ya[i + 1], rz = zb[i + 1] - za[i + 1];
-        double f2x = to_f2 * (lx + rx), f2y = to_f2 * (ly + ry), f2z = to_f2 * (lz + rz);
+        double f2x = to_f2 * ((xb[i] - xa[i]) + (xb[i + 1] - xa[i + 1]));
+        double f2y = to_f2 * ((yb[i] - ya[i]) + (yb[i + 1] - ya[i + 1]));
+        double f2z = to_f2 * ((zb[i] - za[i]) + (zb[i + 1] - za[i + 1]));
         double e1 = 0.5 * (f1x * f1x + f1y * f1y + f1z * f1z - 1.0);
         double e2 = 0.5 * (f2x * f2x + f2y * f2y + f2z * f2z - 1.0);
-        double low = ex * ex + ey * ey + ez * ez, high = gx * gx + gy * gy + gz * gz;
-        double left = lx * lx + ly * ly + lz * lz, right = rx * rx + ry * ry + rz * rz;
-        double over1 = (low > high ? low : high) - bound1;
-        double over2 = (left > right ? left : right) - bound2;
-        excess[i] = over1 > over2 ? over1 : over2;
         double s12 = c66 * (f1x * f2x + f1y * f2y + f1z * f2z);
         double s1 = c11 * e1 + c12 * e2, s2 = c12 * e1 + c22 * e2;
         double t1 = glass * (f1x * kx + f1y * ky + f1z * kz);
@@ -378,21 +366,34 @@ static void rotate_moments(Rows *rows) {
     }
 }
 
-/* marks the cells of row j where a side exceeds its bound */
-static void mark_long(const SweepLattice *l, const CellRow *cells, int j, const SweepSides *sides) {
-    const double *restrict excess = cells->excess;
+/* marks the cells of row j where a side is longer than its bound; `excess`: a free row */
+static void mark_long(const SweepLattice *l, const Lanes *lanes, int j, const SweepSides *sides,
+                      double *restrict excess) {
+    const double allowed = (1.0 + SWEEP_SIDE_EXCESS) * (1.0 + SWEEP_SIDE_EXCESS);
+    size_t at = (size_t)l->first + (size_t)j * (size_t)l->stride;
+    const double *restrict xa = lanes->x[0] + at, *restrict ya = lanes->x[1] + at;
+    const double *restrict za = lanes->x[2] + at, *restrict xb = xa + l->stride;
+    const double *restrict yb = ya + l->stride, *restrict zb = za + l->stride;
+    double most1 = allowed * l->h1 * l->h1, most2 = allowed * l->h2 * l->h2;
     int count = l->wrap ? l->nu : l->nu - 1;
-    double most = 0.0;
-#ifdef SWEEP_SIMD
-#pragma omp simd reduction(max : most)
-#endif
+    ROW_LOOP
+    for (int i = 0; i < whole(count); i++) {
+        double ex = xa[i + 1] - xa[i], ey = ya[i + 1] - ya[i], ez = za[i + 1] - za[i];
+        double gx = xb[i + 1] - xb[i], gy = yb[i + 1] - yb[i], gz = zb[i + 1] - zb[i];
+        double lx = xb[i] - xa[i], ly = yb[i] - ya[i], lz = zb[i] - za[i];
+        double rx = xb[i + 1] - xa[i + 1], ry = yb[i + 1] - ya[i + 1], rz = zb[i + 1] - za[i + 1];
+        double low = ex * ex + ey * ey + ez * ez, high = gx * gx + gy * gy + gz * gz;
+        double left = lx * lx + ly * ly + lz * lz, right = rx * rx + ry * ry + rz * rz;
+        double over1 = (low > high ? low : high) - most1;
+        double over2 = (left > right ? left : right) - most2;
+        excess[i] = over1 > over2 ? over1 : over2;
+    }
+    unsigned char any = 0, *restrict cell = sides->cell + (ptrdiff_t)j * l->nu;
     for (int i = 0; i < count; i++) {
-        most = excess[i] > most ? excess[i] : most;
+        cell[i] = excess[i] > 0.0;
+        any |= cell[i];
     }
-    sides->row[j] = most > 0.0;
-    for (int i = 0; i < count && most > 0.0; i++) {
-        sides->cell[j * l->nu + i] = excess[i] > 0.0;
-    }
+    sides->row[j] = any;
 }
 
 static void no_cells(const SweepLattice *l, const CellRow *cells) {
@@ -419,7 +420,7 @@ static void kick_rows(const SweepLattice *l, const Lanes *lanes, const SweepKick
         if (j + 1 < l->nv) {
             cell_row(l, lanes, j, above);
             if (kick->sides.row) {
-                mark_long(l, above, j, &kick->sides);
+                mark_long(l, lanes, j, &kick->sides, rows.force[0]);
             }
         } else {
             no_cells(l, above);

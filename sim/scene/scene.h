@@ -1,10 +1,8 @@
 /* scene.h: every parameter of a scene, with unit, meaning and default.
  *
  * scene_read fills a Scene from a YAML file (the schema tables in schema.c name each key, its
- * unit, default, limits and help text; `toile help scene` prints them). Everything inside is SI:
- * metres, kilograms, seconds, radians; z is up. A Scene is constant once read; all its memory
- * belongs to the arena that was passed in.
- */
+ * unit, default, limits and help text; `toile help scene` prints them). Everything inside is SI; z is
+ * up. A Scene is constant once read; all its memory belongs to the arena that was passed in. */
 #ifndef TOILE_SCENE_SCENE_H
 #define TOILE_SCENE_SCENE_H
 
@@ -45,6 +43,7 @@ typedef struct ShapeDef {
     const double *outline;     /* [m] (loop_begin[loop_count] x 2) */
 } ShapeDef;
 
+typedef enum SidesKind { SIDES_FREE, SIDES_BOUNDED } SidesKind; /* sim/model/side_bound.h */
 typedef enum KinematicsKind { KINEMATICS_GREEN, KINEMATICS_COROTATIONAL } KinematicsKind;
 typedef enum BendingKind {
     BENDING_AUTO,    /* stencil on lattices, rbf on scattered nodes */
@@ -102,6 +101,7 @@ typedef struct ClothDef {
                                 on lattices; 5 ms (a loss factor of 0.3 at 10 Hz) */
     double membrane_damping; /* [s] force by rate of strain likewise; 0.1 ms; never unstable */
     KinematicsKind kinematics; /* green */
+    SidesKind sides;           /* of model mlpg on lattices; free */
     BendingKind bending;       /* auto */
     bool hysteresis;           /* yarns stick and slip, by 2HB and 2HG of the fabric; false */
     BuckleKind buckling;       /* of model springs; elastica */

@@ -11,6 +11,7 @@
 #define MOST_CLOTHS 1000
 
 static const char *const rest_words[] = {"flat", "curved", NULL};
+static const char *const sides_words[] = {"free", "bounded", NULL};
 static const char *const kinematics_words[] = {"green", "corotational", NULL};
 const char *const bending_words[] = {"auto",   "stencil", "rbf",   "choi_ko", "chord", "provot",
                                      "tensor", "hinge",   "angle", "sine",    NULL};
@@ -229,6 +230,8 @@ static const Field cloth_fields[] = {
      .help = "damping inside the fabric: moment per rate of curvature / bending stiffness"},
     {"membrane_damping", FIELD_NUMBER, AT(membrane_damping), .unit = "s", .min = 0.0, .max = 1.0,
      .help = "the same in its plane: force per rate of strain / stiffness"},
+    {"sides", FIELD_WORD, AT(sides), .words = sides_words,
+     .help = "mlpg, lattices: sides of cells stretch as they will, or little more than their cell"},
     {"kinematics", FIELD_WORD, AT(kinematics), .words = kinematics_words, .help = "strain"},
     {"bending", FIELD_WORD, AT(bending), .words = bending_words,
      .help = "curvature; each model knows some of these"},

@@ -30,7 +30,7 @@ struct Explicit {
     size_t buffer_size;     /* [double] of one chunk */
     double *chunk_speed;    /* [m2/s2] */
     int *grain;             /* (cloth_count) rows of a chunk */
-    Sides *sides;           /* (cloth_count) of lattices */
+    Sides *sides;           /* (cloth_count) all zero where they are free */
     double *x, *gradient;   /* (place_count x 3) for cloths without a sweep */
     double *ahead[2];       /* [m] (place_count x 3) likewise: bent, stretched */
     unsigned char *held;    /* (place_count) */

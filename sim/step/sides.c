@@ -6,6 +6,9 @@
 #define ROUNDS 2
 
 Sides sides_create(const SweepLattice *lattice, Arena *arena) {
+    if (!lattice->bounded) {
+        return (Sides){0};
+    }
     SweepSides seen = {arena_push(arena, unsigned char, lattice->nv),
                        arena_push(arena, unsigned char, lattice->nu * lattice->nv)};
     return (Sides){.lattice = lattice, .seen = seen, .arena = arena};
@@ -42,6 +45,7 @@ static void add_side(Sides *sides, const Lanes *lanes, const unsigned char *held
     }
     side->slope[0] = found->slope[0], side->slope[1] = found->slope[1];
     side->excess = found->excess;
+    side->most = found->most;
     side->stiffness = side_bound_stiffness(sides->lattice, k / 2);
     side->before = growth(side, lanes);
     side->impulse = 0.0;
@@ -93,7 +97,7 @@ static inline void apply(LongSide *side, const Lanes *lanes, double impulse) {
 }
 
 /* one round of sequential impulses on impulse = share dt k (excess + dt growth), which never
- * pushes */
+ * pushes and yields */
 static void pull(LongSide *side, const Lanes *lanes, double dt, double share) {
     const double *w = side->mobility;
     double give = 1.0 / (share * dt * dt * side->stiffness), mobility = 0.0;
@@ -101,13 +105,17 @@ static void pull(LongSide *side, const Lanes *lanes, double dt, double share) {
         mobility += (w[2 * k] + w[2 * k + 1]) * vec3_dot(side->slope[k], side->slope[k]);
     }
     double missing = growth(side, lanes) + side->excess / dt - give * side->impulse;
-    apply(side, lanes, max2(-side->impulse, missing / (mobility + give)));
+    double yields = share * dt * side->stiffness * side->most;
+    double wanted = side->impulse + missing / (mobility + give);
+    apply(side, lanes, max2(0.0, min2(wanted, yields)) - side->impulse);
 }
 
 double sides_energy(const Sides *sides) {
     double energy = 0.0;
     for (int k = 0; k < sides->count; k++) {
-        energy += 0.5 * sides->list[k].stiffness * sides->list[k].excess * sides->list[k].excess;
+        const LongSide *side = &sides->list[k];
+        double bent = min2(side->excess, side->most);
+        energy += side->stiffness * bent * (side->excess - 0.5 * bent);
     }
     return energy;
 }
@@ -116,7 +124,7 @@ double sides_hold(Sides *sides, const Lanes *lanes, double dt, double share) {
     double lost = 0.0;
     for (int k = 0; k < sides->count; k++) { /* right where nothing moves */
         LongSide *side = &sides->list[k];
-        apply(side, lanes, share * dt * side->stiffness * side->excess);
+        apply(side, lanes, share * dt * side->stiffness * min2(side->excess, side->most));
     }
     for (int round = 0; round < ROUNDS; round++) {
         for (int k = 0; k < sides->count; k++) {

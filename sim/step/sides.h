@@ -18,6 +18,7 @@ typedef struct LongSide {
     double mobility[4]; /* [1/kg] of those nodes */
     Vec3 slope[2];      /* of the excess, by the vectors along both sides */
     double excess;      /* [m] */
+    double most;        /* [m] at which it yields */
     double stiffness;   /* [N/m] */
     double before;      /* [m/s] growth of the excess before the kick */
     double impulse;     /* [N s] of this kick */
@@ -32,6 +33,7 @@ typedef struct Sides {
     Arena *arena;
 } Sides;
 
+/* All zero when the sides of the lattice are free. */
 Sides sides_create(const SweepLattice *lattice, Arena *arena);
 
 /* Before a kick: lists the sides of the cells that the last kick saw, or of all; `held` (nu x nv) nodes

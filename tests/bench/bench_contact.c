@@ -92,7 +92,8 @@ static void run_drape(const Drape *d) {
              "    shape: {rectangle: {width: 1 m, height: 1 m}}\n"
              "    fabric: {name: f, weight: 150 g/m2, isotropic: {stretch: %g N/m, poisson: 0.3,"
              " bending: 1e-5 N m}}\n"
-             "    nodes: %d x %d\n    noise: 0.2 mm\n    at: %s\nobstacles:\n  %s, friction: 0.3}\n"
+             "    nodes: %d x %d\n    sides: bounded\n    noise: 0.2 mm\n    at: %s\nobstacles:\n  "
+             "%s, friction: 0.3}\n"
              "solver: {stepper: central}\n",
              d->stretch, d->nodes, d->nodes, d->at, d->below);
     Play play;
