@@ -167,7 +167,6 @@ static double gradient_error(const Fixture *f, Arena *arena, double step) {
 /* two steps: springs have kinks in their force, which one step may meet and hardly both */
 static void gradient_case(const Case *c, const ClothModel *model) {
     Fixture f = fixture(c, model, 2e-3);
-    model = f.cloth.model;
     double coarse = gradient_error(&f, &f.arena, 1e-6);
     double fine = gradient_error(&f, &f.arena, 1e-7);
     CHECK_AT_MOST(fmin(coarse, fine), 1e-7);
