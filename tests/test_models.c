@@ -58,6 +58,8 @@ static void make_cases(void) {
     ClothDef bounded = cloths_rectangle(0.09, 0.1, 7, 6, f);
     bounded.sides = SIDES_BOUNDED;
     add_case("bounded sides", bounded, 1);
+    bounded.hysteresis = true;
+    add_case("bounded sides with hysteresis", bounded, 1);
     add_case("square cells", cloths_rectangle(0.09, 0.075, 7, 6, f), 0);
 }
 
@@ -93,7 +95,8 @@ static bool is_second(BendingKind bending) {
 static bool refuses(const Cloth *cloth, const Case *c) {
     bool wide_clamp = cloth->bending == BENDING_RBF && cloth->panel.nu > 0 && c->handle_count > 0;
     bool flat_only = is_second(cloth->bending) || cloth->bending >= BENDING_ANGLE;
-    bool swept = strcmp(c->def.model, "mlpg") == 0 && cloth->bending == BENDING_STENCIL;
+    bool swept = strcmp(c->def.model, "mlpg") == 0 && cloth->bending == BENDING_STENCIL &&
+                 !c->def.hysteresis;
     return (c->def.sides == SIDES_BOUNDED && !swept) || wide_clamp ||
            (flat_only && c->def.shape.rest_curved);
 }

@@ -149,16 +149,17 @@ bool cloth_create(Cloth *cloth, const ClothDef *def, const HandleDef *handles, i
     } else {
         scattered_ghosts(cloth, handles, handle_count, arena);
     }
-    if (!cloth->model->create(cloth, arena, error)) {
+    if (!cloth->model->create(cloth, arena, error) ||
+        (def->hysteresis && !yarn_friction_attach(cloth, arena, error))) {
         return false;
     }
     if (def->sides == SIDES_BOUNDED && !(cloth->lattice && cloth->lattice->bounded)) {
         return error_set(error, EXIT_BAD_INPUT,
                          "cloth '%s': 'sides: bounded' needs model 'mlpg' on a lattice, with "
-                         "'bending: stencil' and 'kinematics: green'",
+                         "'bending: stencil' and 'kinematics: green', without hysteresis",
                          def->name);
     }
-    return (!def->hysteresis || yarn_friction_attach(cloth, arena, error));
+    return true;
 }
 
 void cloth_start(const Cloth *cloth, double *x) {

@@ -33,9 +33,8 @@ typedef struct SweepLattice {
 
 /* Cells with a longer side. */
 typedef struct SweepSides {
-    unsigned char *row; /* (nv) 1: this row of cells holds one; NULL: not asked for */
-    unsigned char
-        *cell; /* (nu x nv) of the rows that hold one: 1 for the cell right above node i */
+    unsigned char *row;  /* (nv) 1: this row of cells holds one; NULL: not asked for */
+    unsigned char *cell; /* (nu x nv) of such rows: 1 for the cell right above node i */
 } SweepSides;
 
 /* What one kick does besides the forces: v <- (v + dt (f / m + push)) * keep. */
