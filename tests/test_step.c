@@ -55,19 +55,6 @@ static double total_energy(const Run *r) {
            system_gravity_energy(s, r->state.x, r->held);
 }
 
-/* the sheet of swing_make, with those sides */
-static void hold_by_corners(Bench *b, int nodes, SidesKind sides) {
-    b->cloth = cloths_rectangle(1.0, 1.0, nodes, nodes, cloths_fabric(0.2, 1e3, 0.3, 1e-3, 0.3));
-    b->cloth.pose.turn = quat_from_axis_angle(vec3(1, 0, 0), PI / 3.0);
-    b->cloth.sides = sides;
-    b->scene = cloths_scene(&b->cloth);
-    for (int h = 0; h < 2; h++) {
-        b->handles[h] = handle_default();
-        b->handles[h].region = h ? REGION_TOP_RIGHT : REGION_TOP_LEFT;
-    }
-    bench_build(b, 2);
-}
-
 /* Undamped swings. Held by two corners, the explicit cloth keeps its energy; where the sides
  * there are bounded, within what the bound stores and takes (sides.h). Three implicit
  * iterations never gain. */
@@ -75,7 +62,7 @@ static void test_energy(void **unused) {
     (void)unused;
     for (int bounded = 0; bounded < 2; bounded++) {
         Run r = {0};
-        hold_by_corners(&r.bench, 26, bounded ? SIDES_BOUNDED : SIDES_FREE);
+        swing_make(&r.bench, 26, bounded ? SIDES_BOUNDED : SIDES_FREE);
         run_start(&r, "central", 0.0);
         double start = total_energy(&r), least = 0.0, most = 0.0;
         /* what the swing turns over: the fall of the sheet's centre */
@@ -91,7 +78,7 @@ static void test_energy(void **unused) {
     }
     Run r;
     memset(&r, 0, sizeof r);
-    swing_make(&r.bench, 26);
+    swing_make(&r.bench, 26, SIDES_FREE);
     r.bench.scene.solver.newton_iterations = 3;
     run_start(&r, "bdf2", 1.0 / 60);
     double start = total_energy(&r), rise = -INFINITY, scale = 0.5 * r.bench.system.weight;
@@ -304,7 +291,7 @@ static void test_threads(void **unused) {
     for (int threads = 1; threads <= 3; threads++) {
         parallel_set_threads(threads);
         Run r = {0};
-        swing_make(&r.bench, 51);
+        swing_make(&r.bench, 51, SIDES_FREE);
         run_start(&r, "central", 0.0);
         for (int f = 1; f <= 6; f++) {
             run_to(&r, f / 30.0);

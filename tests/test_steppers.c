@@ -201,7 +201,7 @@ static void test_energy(void **unused) {
     const double bars[2] = {1e-4, 1e-5}; /* [J] of some 1 J that turn over */
     for (int k = 0; k < 2; k++) {
         Run r = {0};
-        swing_make(&r.bench, 26);
+        swing_make(&r.bench, 26, SIDES_FREE);
         r.bench.scene.solver.self_contact = false;
         r.bench.system.contact.self = false;
         start(&r, stepper_find(names[k]), 0.0);

@@ -109,7 +109,7 @@ enum { SOLVE_ITERATIONS = 4 }; /* a solve of these counts, with all that it begi
 
 static void one_iteration(int n) {
     Bench b;
-    swing_make(&b, n);
+    swing_make(&b, n, SIDES_FREE);
     Implicit *implicit = implicit_create(&b.system);
     State state = state_allocate(&b.system, &b.arena);
     state_start(&b.system, &state);
@@ -147,7 +147,7 @@ static void one_iteration(int n) {
 
 void bench_one_step(const char *stepper) {
     Bench b;
-    swing_make(&b, 100);
+    swing_make(&b, 100, SIDES_FREE);
     b.scene.solver.stepper = stepper;
     const Stepper *s = stepper_find(stepper);
     void *data;

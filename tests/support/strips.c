@@ -127,10 +127,11 @@ StripResult strip_relax(const StripCase *strip, int steps) {
     return result;
 }
 
-void swing_make(Bench *b, int nodes) {
+void swing_make(Bench *b, int nodes, SidesKind sides) {
     start_bench(b);
     b->cloth = cloths_rectangle(1.0, 1.0, nodes, nodes, cloths_fabric(0.2, 1e3, 0.3, 1e-3, 0.3));
     b->cloth.pose.turn = quat_from_axis_angle(vec3(1, 0, 0), 60.0 * PI / 180.0);
+    b->cloth.sides = sides;
     b->handles[0].region = REGION_TOP_LEFT;
     b->handles[1].region = REGION_TOP_RIGHT;
     bench_build(b, 2);

@@ -53,7 +53,7 @@ void bench_build_seeded(Bench *bench, int handle_count, uint64_t seed);
 
 /* The swing: 1 m sheet, pinned at two corners of its upper edge, released at 60 degrees,
  * Eh 1000 N/m, D 1e-3 N m, 0.2 kg/m2, no damping (mlpg.md 5). */
-void swing_make(Bench *bench, int nodes);
+void swing_make(Bench *bench, int nodes, SidesKind sides);
 
 /* First `count` elastic frequencies of a free plate with nu = 0.3, in units sqrt(D/rho)/L^2. */
 void plate_frequencies(const char *model, int nodes, int count, double *frequencies);
