@@ -82,8 +82,11 @@ void side_bound_add_gradient(const SweepLattice *l, const StrainSamples *cells, 
  * yields */
 static void vector_block(const SideExcess *side, double k, bool definite, int p, int q, double sign,
                          double block[9]) {
-    const double *a = &side->slope[p].x, *b = &side->slope[q].x;
-    const double *n = &side->along.x, *m = &side->mean.x;
+    double a[3], b[3], n[3], m[3];
+    vec3_store(a, side->slope[p]);
+    vec3_store(b, side->slope[q]);
+    vec3_store(n, side->along);
+    vec3_store(m, side->mean);
     double bent = min2(side->excess, side->most), stiff = side->excess < side->most ? 1.0 : 0.0;
     double curving = p == 0 && q == 0 ? bent * side->curving : 0.0;
     double uncurving = definite ? 0.0 : bent * side->uncurving;
