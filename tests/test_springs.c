@@ -136,6 +136,79 @@ static void tip_errors(BendingKind bending, double gamma, int segments, double e
     }
 }
 
+/* ---- the laws of bending in a chain that does not stretch ---- */
+
+typedef struct Chain {
+    const BuckleLaw *law;
+    double wall; /* rigidity of the wall's spring / that of the others */
+    int segments;
+} Chain;
+
+/* Moment / (B w) of a turn psi, 1/m: - dE/dpsi of the chord L cos(psi/2), L = 2 h, for the strip of a
+ * law with k = 8 B w / f(0). From the law itself: lengths would lose small turns. */
+static double chain_moment(const Chain *c, double psi) {
+    double length = 2.0 / c->segments, d = 2.0 * pow(sin(0.25 * psi), 2);
+    double k = 8.0 / c->law->force(0.0);
+    return 0.5 * length * sin(0.5 * psi) * c->law->force(d) * k / (length * length);
+}
+
+static double chain_turn(const Chain *c, double moment) {
+    double low = 0.0, high = 3.1;
+    for (int k = 0; k < 60; k++) {
+        double middle = 0.5 * (low + high);
+        *(chain_moment(c, middle) < moment ? &low : &high) = middle;
+    }
+    return 0.5 * (low + high);
+}
+
+/* Down to the wall from a last segment that hangs by `angle`; returns the angle at which the wall would
+ * have to stand. Weights at the nodes, half at the end. */
+static double chain_shoot(const Chain *c, double gamma, double angle, double tip[2]) {
+    double h = 1.0 / c->segments, weight = 0.5 * gamma * h, moment = 0.0;
+    tip[0] = tip[1] = 0.0;
+    for (int k = c->segments - 1; k >= 0; k--) {
+        tip[0] += h * cos(angle), tip[1] += h * sin(angle);
+        moment += weight * h * cos(angle);
+        angle -= chain_turn(c, moment / (k ? 1.0 : c->wall));
+        weight += gamma * h;
+    }
+    return angle;
+}
+
+static double chain_error(const Chain *c, double gamma) {
+    double low = 0.0, high = 0.5 * PI, tip[2], exact[2];
+    for (int k = 0; k < 60; k++) {
+        double middle = 0.5 * (low + high);
+        *(chain_shoot(c, gamma, middle, tip) < 0.0 ? &low : &high) = middle;
+    }
+    strip_exact(gamma, exact);
+    return hypot(tip[0] - exact[0], tip[1] - exact[1]);
+}
+
+/* Chords and arcs bend a chain as they should, with order 2; a wall over a whole length does not. */
+static void test_chain(void **unused) {
+    (void)unused;
+    const double gammas[4] = {1, 10, 100, 1000}, bars[4] = {4e-4, 2e-3, 5e-3, 1.2e-2};
+    const BuckleLaw *const forms[3] = {&buckle_chord, &buckle_arc, &buckle_elastica};
+    for (int form = 0; form < 3; form++) {
+        for (int g = 0; g < 4; g++) {
+            double errors[4];
+            for (int k = 0; k < 4; k++) {
+                Chain c = {forms[form], 2.0, 10 << k};
+                errors[k] = chain_error(&c, gammas[g]);
+            }
+            print_message("  %s gamma %g: %.3g %.3g %.3g %.3g %%\n", forms[form]->name, gammas[g],
+                          100 * errors[0], 100 * errors[1], 100 * errors[2], 100 * errors[3]);
+            CHECK_AT_MOST(errors[1], bars[g]);
+            for (int k = 0; k < 3 && gammas[g] <= 100; k++) {
+                CHECK_AT_MOST(1.9, log2(errors[k] / errors[k + 1]));
+            }
+        }
+    }
+    Chain whole = {&buckle_chord, 1.0, 20};
+    CHECK_NEAR(chain_error(&whole, 10.0), 0.047, 1e-3);
+}
+
 /* forms of bending and nodes that springs cannot have are refused by name */
 static void test_refusals(void **unused) {
     (void)unused;
@@ -236,10 +309,15 @@ static void test_second_neighbours(void **unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_laws),       cmocka_unit_test(test_elastica_law),
-        cmocka_unit_test(test_spring),     cmocka_unit_test(test_moduli),
-        cmocka_unit_test(test_refusals),   cmocka_unit_test(test_stiffening),
-        cmocka_unit_test(test_cantilever), cmocka_unit_test(test_second_neighbours),
+        cmocka_unit_test(test_laws),
+        cmocka_unit_test(test_elastica_law),
+        cmocka_unit_test(test_spring),
+        cmocka_unit_test(test_moduli),
+        cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_stiffening),
+        cmocka_unit_test(test_chain),
+        cmocka_unit_test(test_cantilever),
+        cmocka_unit_test(test_second_neighbours),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
