@@ -9,33 +9,146 @@
 #include "tests/support/check.h"
 #include "tests/support/cloths.h"
 #include "tests/support/folder.h"
+#include "tests/support/meshes.h"
 
 enum { NU = 9, NV = 7, HALF = 4 };
 #define SPACING 0.01 /* [m] */
 
 static int vertex(int i, int j) { return j * NU + i; }
 
+typedef struct Sheet {
+    int vertex_count, face_count;
+    float x[2 * NU * NV][3], uv[2 * NU * NV][2];
+    uint16_t face[2 * NU * NV][3];
+} Sheet;
+
 /* A sheet of NU x NV vertices in the plane z = 0 of a z-up file, one diagonal in every cell, in
  * millimetres. halves: cut along column HALF, whose vertices are there twice, with (u, v) elsewhere;
  * mirror: u of the second half runs the other way. */
-static void write_sheet(const char *name, bool halves, bool mirror) {
-    FILE *f = fopen(folder_path(name), "w");
-    assert_non_null(f);
+static const Sheet *make_sheet(bool halves, bool mirror) {
+    static Sheet s;
+    s.vertex_count = s.face_count = 0;
     for (int part = 0; part < (halves ? 2 : 1); part++) {
-        for (int j = 0; j < NV; j++) {
-            for (int i = 0; i < NU; i++) {
-                double u = part ? (mirror ? 30.0 - i : i + 20.0) : i;
-                fprintf(f, "v %d %d 0\nvt %.3f %.3f\n", 10 * i, 10 * j, u, 1.0 * j + 5.0 * part);
+        for (int k = 0; k < NU * NV; k++) {
+            int i = k % NU, j = k / NU;
+            float x[3] = {10.0f * (float)i, 10.0f * (float)j, 0};
+            float uv[2] = {(float)i, (float)(j + 5 * part)};
+            uv[0] = part ? (mirror ? 30.0f - uv[0] : uv[0] + 20.0f) : uv[0];
+            memcpy(s.x[s.vertex_count], x, sizeof x);
+            memcpy(s.uv[s.vertex_count++], uv, sizeof uv);
+        }
+    }
+    for (int k = 0; k < NU * NV; k++) {
+        if (k % NU + 1 < NU && k / NU + 1 < NV) {
+            int a = k + (halves && k % NU >= HALF ? NU * NV : 0);
+            int corners[2][3] = {{a, a + 1, a + 1 + NU}, {a, a + 1 + NU, a + NU}};
+            for (int c = 0; c < 6; c++) {
+                s.face[s.face_count + c / 3][c % 3] = (uint16_t)corners[c / 3][c % 3];
             }
+            s.face_count += 2;
         }
     }
-    for (int j = 0; j + 1 < NV; j++) {
-        for (int i = 0; i + 1 < NU; i++) {
-            int a = vertex(i, j) + 1 + (halves && i >= HALF ? NU * NV : 0);
-            fprintf(f, "f %d/%d %d/%d %d/%d\n", a, a, a + 1, a + 1, a + 1 + NU, a + 1 + NU);
-            fprintf(f, "f %d/%d %d/%d %d/%d\n", a, a, a + 1 + NU, a + 1 + NU, a + NU, a + NU);
-        }
+    return &s;
+}
+
+static void write_obj(FILE *f, const Sheet *s) {
+    for (int i = 0; i < s->vertex_count; i++) {
+        fprintf(f, "v %g %g 0\nvt %g %g\n", (double)s->x[i][0], (double)s->x[i][1],
+                (double)s->uv[i][0], (double)s->uv[i][1]);
     }
+    for (int t = 0; t < s->face_count; t++) {
+        const uint16_t *n = s->face[t];
+        int a = n[0] + 1, b = n[1] + 1, c = n[2] + 1;
+        fprintf(f, "f %d/%d %d/%d %d/%d\n", a, a, b, b, c, c);
+    }
+}
+
+static void write_ply(FILE *f, const Sheet *s) {
+    fprintf(f,
+            "ply\nformat ascii 1.0\nelement vertex %d\nproperty float x\nproperty float y\n"
+            "property float z\nproperty float s\nproperty float t\nelement face %d\n"
+            "property list uchar int vertex_indices\nend_header\n",
+            s->vertex_count, s->face_count);
+    for (int i = 0; i < s->vertex_count; i++) {
+        fprintf(f, "%g %g 0 %g %g\n", (double)s->x[i][0], (double)s->x[i][1], (double)s->uv[i][0],
+                (double)s->uv[i][1]);
+    }
+    for (int t = 0; t < s->face_count; t++) {
+        fprintf(f, "3 %d %d %d\n", s->face[t][0], s->face[t][1], s->face[t][2]);
+    }
+}
+
+/* in a glTF v runs down */
+static void write_glb(FILE *f, const Sheet *s) {
+    size_t positions = (size_t)s->vertex_count * sizeof s->x[0];
+    size_t places = (size_t)s->vertex_count * sizeof s->uv[0];
+    size_t faces = (size_t)s->face_count * sizeof s->face[0], size;
+    unsigned char *bytes = calloc(1, positions + places + faces + 4);
+    memcpy(bytes, s->x, positions);
+    for (int i = 0; i < s->vertex_count; i++) {
+        float uv[2] = {s->uv[i][0], 1.0f - s->uv[i][1]};
+        memcpy(bytes + positions + (size_t)i * sizeof uv, uv, sizeof uv);
+    }
+    memcpy(bytes + positions + places, s->face, faces);
+    char json[1000];
+    snprintf(
+        json, sizeof json,
+        "{\"asset\":{\"version\":\"2.0\"},\"scene\":0,\"scenes\":[{\"nodes\":[0]}],"
+        "\"nodes\":[{\"mesh\":0}],\"meshes\":[{\"primitives\":[{\"attributes\":"
+        "{\"POSITION\":0,\"TEXCOORD_0\":1},\"indices\":2}]}],\"buffers\":[{\"byteLength\":%zu}],"
+        "\"bufferViews\":[{\"buffer\":0,\"byteOffset\":0,\"byteLength\":%zu},"
+        "{\"buffer\":0,\"byteOffset\":%zu,\"byteLength\":%zu},"
+        "{\"buffer\":0,\"byteOffset\":%zu,\"byteLength\":%zu}],\"accessors\":["
+        "{\"bufferView\":0,\"componentType\":5126,\"count\":%d,\"type\":\"VEC3\","
+        "\"min\":[0,0,0],\"max\":[80,60,0]},"
+        "{\"bufferView\":1,\"componentType\":5126,\"count\":%d,\"type\":\"VEC2\"},"
+        "{\"bufferView\":2,\"componentType\":5123,\"count\":%d,\"type\":\"SCALAR\"}]}",
+        positions + places + faces, positions, positions, places, positions + places, faces,
+        s->vertex_count, s->vertex_count, 3 * s->face_count);
+    unsigned char *glb = test_glb(json, bytes, (positions + places + faces + 3) / 4 * 4, &size);
+    fwrite(glb, 1, size, f);
+    free(bytes), free(glb);
+}
+
+#define FBX_HEAD                                                                                   \
+    "; FBX 7.5.0 project file\nFBXHeaderExtension:  {\n\tFBXHeaderVersion: 1003\n"                 \
+    "\tFBXVersion: 7500\n}\nGlobalSettings:  {\n\tVersion: 1000\n\tProperties70:  {\n"             \
+    "\t\tP: \"UnitScaleFactor\", \"double\", \"Number\", \"\", 1\n\t}\n}\nObjects:  {\n"
+
+static void write_fbx(FILE *f, const Sheet *s) {
+    fprintf(f, FBX_HEAD "\tGeometry: 1, \"Geometry::\", \"Mesh\" {\n\t\tVertices: *%d {\n\t\t\ta: ",
+            3 * s->vertex_count);
+    for (int i = 0; i < s->vertex_count; i++) {
+        fprintf(f, "%s%g,%g,0", i ? "," : "", (double)s->x[i][0], (double)s->x[i][1]);
+    }
+    fprintf(f, "\n\t\t}\n\t\tPolygonVertexIndex: *%d {\n\t\t\ta: ", 3 * s->face_count);
+    for (int t = 0; t < s->face_count; t++) { /* the last of a polygon is -1 - index */
+        fprintf(f, "%s%d,%d,%d", t ? "," : "", s->face[t][0], s->face[t][1], -1 - s->face[t][2]);
+    }
+    fprintf(f,
+            "\n\t\t}\n\t\tGeometryVersion: 124\n\t\tLayerElementUV: 0 {\n\t\t\tVersion: 101\n"
+            "\t\t\tName: \"uv\"\n\t\t\tMappingInformationType: \"ByPolygonVertex\"\n"
+            "\t\t\tReferenceInformationType: \"IndexToDirect\"\n\t\t\tUV: *%d {\n\t\t\t\ta: ",
+            2 * s->vertex_count);
+    for (int i = 0; i < s->vertex_count; i++) {
+        fprintf(f, "%s%g,%g", i ? "," : "", (double)s->uv[i][0], (double)s->uv[i][1]);
+    }
+    fprintf(f, "\n\t\t\t}\n\t\t\tUVIndex: *%d {\n\t\t\t\ta: ", 3 * s->face_count);
+    for (int k = 0; k < 3 * s->face_count; k++) {
+        fprintf(f, "%s%d", k ? "," : "", s->face[k / 3][k % 3]);
+    }
+    fprintf(f, "\n\t\t\t}\n\t\t}\n\t\tLayer: 0 {\n\t\t\tVersion: 100\n\t\t\tLayerElement:  {\n"
+               "\t\t\t\tType: \"LayerElementUV\"\n\t\t\t\tTypedIndex: 0\n\t\t\t}\n\t\t}\n\t}\n"
+               "\tModel: 2, \"Model::sheet\", \"Mesh\" {\n\t\tVersion: 232\n\t}\n}\n"
+               "Connections:  {\n\tC: \"OO\", 2, 0\n\tC: \"OO\", 1, 2\n}\n");
+}
+
+typedef void Write(FILE *file, const Sheet *sheet);
+
+static void write_sheet(const char *name, Write *write, bool halves, bool mirror) {
+    FILE *f = fopen(folder_path(name), "wb");
+    assert_non_null(f);
+    write(f, make_sheet(halves, mirror));
     fclose(f);
 }
 
@@ -116,12 +229,20 @@ static void check_forces(const char *name, bool halves) {
 
 static void test_forces(void **unused) {
     (void)unused;
-    write_sheet("whole.obj", false, false);
-    write_sheet("halves.obj", true, false);
-    write_sheet("mirror.obj", true, true);
-    check_forces("whole.obj", false);
-    check_forces("halves.obj", true);
-    check_forces("mirror.obj", true);
+    static const struct {
+        const char *ending;
+        Write *write;
+    } formats[4] = {{"obj", write_obj}, {"ply", write_ply}, {"glb", write_glb}, {"fbx", write_fbx}};
+    static const char *const names[3] = {"whole", "halves", "mirror"};
+    for (int format = 0; format < 4; format++) {
+        for (int kind = 0; kind < 3; kind++) {
+            char name[32];
+            snprintf(name, sizeof name, "%s.%s", names[kind], formats[format].ending);
+            print_message("  %s\n", name);
+            write_sheet(name, formats[format].write, kind > 0, kind == 2);
+            check_forces(name, kind > 0);
+        }
+    }
 }
 
 /* the border, not the seam; the node at a place of the texture */
