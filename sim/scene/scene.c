@@ -75,7 +75,7 @@ static const Field solver_fields[] = {
     {"courant", FIELD_NUMBER, offsetof(SolverDef, courant), .unit = "", .min = 0.01, .max = 1.0,
      .help = "explicit step / its stability limit"},
     {"tolerance", FIELD_NUMBER, offsetof(SolverDef, tolerance), .unit = "m", .min = 1e-12,
-     .max = 0.1, .help = "error of one step of a stepper that controls it (rk45)"},
+     .max = 0.1, .help = "rk45: how far the error of a step may carry a node within a frame"},
     {"contact_distance", FIELD_NUMBER, offsetof(SolverDef, contact_distance), .unit = "m",
      .min = 1e-6, .max = 0.1, .word = "auto", .word_value = 0.0,
      .help = "distance kept between cloth and obstacles or cloth; auto: from the thickness"},

@@ -163,7 +163,7 @@ typedef struct SolverDef {
     double step;             /* [s] time step; 0 = the stepper's own choice */
     int newton_iterations;   /* per implicit step; 2 */
     double courant;          /* explicit step / stability limit; 0.8 */
-    double tolerance;        /* [m] error of one step that rk45 accepts; 1e-5 */
+    double tolerance;        /* [m] by which a step of rk45 may put a node wrong in a frame; 1e-5 */
     double contact_distance; /* [m] kept from obstacles and other cloth; 0 = by the thickness */
     bool self_contact;       /* cloth meets itself and other cloth; true */
     double lag; /* [s] an obstacle that pinched cloth keeps further behind ends the run; 1 s */
