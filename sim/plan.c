@@ -2,68 +2,24 @@
 
 #include <math.h>
 
-#include "sim/base/clock.h"
 #include "sim/base/parallel.h"
-
-/* Measured on one core of a Xeon with AVX-512, in the shipped scenes and variants of them; good to
- * a factor 2. Per node and explicit step: */
-#define SWEEP_NS 17.0
-#define BESIDE_NS 20.0 /* of a model without a sweep: all but its forces, which are timed */
-#define OBSTACLE_NS 200.0
-#define SELF_NS 12.0         /* flat panels: nothing is near */
-#define SELF_WRAPPED_NS 75.0 /* sleeves: the other side always is */
-/* per implicit step: iterations, with those that were taken back, each a factorisation */
-#define FACTOR_NS 800.0 /* times nodes^1.35: 33 ms at 2601 nodes */
-#define FACTOR_POWER 1.35
-#define FACTOR_SCATTERED 9.5 /* fuller matrices, longer rows */
-#define ITERATIONS_EXTRA 1.5
-#define USUAL_IMPLICIT_STEP (1.0 / 60.0)
+#include "sim/step/choose.h"
 
 typedef struct Cost {
     double step, seconds, megabytes;
 } Cost;
 
-#define TIMED_SECONDS 2e-3
-
-/* forces of a model without a sweep, per node */
-static double force_ns(const Cloth *cloth) {
-    Arena arena = {0};
-    int count = 3 * (cloth->node_count + cloth->ghost_count), calls = 0;
-    double *x = arena_push(&arena, double, count), *gradient = arena_push(&arena, double, count);
-    cloth_start(cloth, x);
-    double start = clock_process_seconds(), spent = 0.0;
-    while (spent < TIMED_SECONDS) {
-        cloth->model->add_gradient(cloth, x, gradient);
-        calls++;
-        spent = clock_process_seconds() - start;
-    }
-    arena_free(&arena);
-    return 1e9 * spent / calls / cloth->node_count;
-}
-
-static double explicit_ns(const System *system, const Cloth *cloth) {
-    double ns = cloth->lattice ? SWEEP_NS : BESIDE_NS + force_ns(cloth);
-    ns += system->contact.obstacle_count > 0 ? OBSTACLE_NS : 0.0;
-    return ns + (!system->contact.self ? 0.0 : cloth->panel.wrap ? SELF_WRAPPED_NS : SELF_NS);
-}
-
 static Cost estimate(const Sim *sim) {
     const System *system = &sim->system;
     const SolverDef *solver = &sim->scene->solver;
-    double duration = (sim->scene->film.frame_count - 1) / sim->scene->film.rate, ns = 0.0;
+    double duration = (sim->scene->film.frame_count - 1) / sim->scene->film.rate;
     bool implicit = sim->stepper->implicit;
     Cost cost = {.megabytes = 2.0 + 8e-6 * (double)sim->arena.bytes_peak / 8.0};
-    for (int c = 0; c < system->cloth_count; c++) {
-        const Cloth *cloth = &system->cloths[c];
-        double factor = FACTOR_NS * pow(cloth->node_count, FACTOR_POWER) *
-                        (cloth->lattice ? 1.0 : FACTOR_SCATTERED);
-        ns += implicit ? ITERATIONS_EXTRA * solver->newton_iterations * factor
-                       : cloth->node_count * explicit_ns(system, cloth);
-    }
-    double limit = implicit ? USUAL_IMPLICIT_STEP : solver->courant * system_stable_step(system);
+    double limit = implicit ? CHOOSE_IMPLICIT_STEP : solver->courant * system_stable_step(system);
     bool given = solver->step > 0.0;
     cost.step = given && (implicit || solver->step < limit) ? solver->step : limit;
-    cost.seconds = duration / cost.step * ns * 1e-9;
+    cost.seconds = duration / cost.step *
+                   (implicit ? choose_implicit_cost(system) : choose_explicit_cost(system));
     return cost;
 }
 

@@ -5,6 +5,7 @@
 #include "sim/step/stepper.h"
 #include "tests/support/check.h"
 #include "tests/support/cloths.h"
+#include "tests/support/play.h"
 #include "tests/support/strips.h"
 
 typedef struct Expected {
@@ -306,12 +307,47 @@ static void test_refusals(void **unused) {
     }
 }
 
+/* what `stepper: auto` picks; each scene differs from the first by one thing */
+static void test_auto(void **unused) {
+    (void)unused;
+    static const struct {
+        const char *film, *stretch, *more, *stepper;
+    } cases[] = {
+        {"rate: 30, seconds: 6", "1000", "", "central"},
+        {"rate: 30, seconds: 6", "1e6", "", "bdf2"},
+        /* nobody sees how it comes to rest */
+        {"rate: 0.1, seconds: 20", "1000", "solver: {self_contact: false}\n", "static"},
+        /* contact makes the path matter */
+        {"rate: 0.1, seconds: 20", "1000", "", "central"},
+        /* it still swings after 1 s */
+        {"rate: 1, seconds: 2", "1000", "solver: {self_contact: false}\n", "central"},
+        {"rate: 30, seconds: 6", "1e6",
+         "obstacles: {ball: {sphere: {radius: 5 cm}, at: [0, 0, -2 m],"
+         " motion: [{move: {axis: x, by: 1 m, from: 0 s, to: 1 s}}]}}\n",
+         "central"},
+    };
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        Play play;
+        char text[1200];
+        snprintf(text, sizeof text,
+                 "toile: 1\nfilm: {%s}\ncloth:\n  sheet:\n    shape: {rectangle: {width: 40 cm,"
+                 " height: 40 cm}}\n    nodes: 21 x 21\n    model: springs\n    damping: 4 1/s\n"
+                 "    fabric: {weight: 150 g/m2, isotropic: {stretch: %s N/m, poisson: 0.2,"
+                 " bending: 1e-4 N m}}\nhandles: [{hold: [sheet.top-left, sheet.top-right]}]\n%s",
+                 cases[k].film, cases[k].stretch, cases[k].more);
+        play_start(&play, text);
+        print_message("  %zu: %s, %s\n", k, play.sim.stepper->name, play.sim.stepper_why);
+        assert_string_equal(play.sim.stepper->name, cases[k].stepper);
+        play_end(&play);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_order),      cmocka_unit_test(test_flight),
         cmocka_unit_test(test_energy),     cmocka_unit_test(test_limit),
         cmocka_unit_test(test_relaxation), cmocka_unit_test(test_relaxation_falls),
-        cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_refusals),   cmocka_unit_test(test_auto),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

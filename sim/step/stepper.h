@@ -26,7 +26,7 @@ extern const Stepper *const steppers[]; /* NULL-terminated */
 
 const Stepper *stepper_find(const char *name);
 
-/* The stepper that a scene asks for; for "auto" the rule of explicit.md 7. *why: one sentence. */
+/* The stepper that a scene asks for; for "auto" that of choose.c. *why: one sentence. */
 const Stepper *stepper_choose(const System *system, const char **why);
 
 /* Halvings of a step or an interval before a run gives up. */
