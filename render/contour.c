@@ -159,3 +159,14 @@ double contour_perimeter(const double *r) {
     }
     return sum;
 }
+
+double contour_asymmetry(const Harmonics *harmonics, double axis) {
+    double odd = 0.0, all = 0.0;
+    for (int n = 1; n <= CONTOUR_HARMONICS; n++) {
+        double a = harmonics->a[n], b = harmonics->b[n];
+        double sine = b * cos(n * axis) - a * sin(n * axis); /* r(axis + t) = .. + sine sin(n t) */
+        odd += sine * sine;
+        all += a * a + b * b;
+    }
+    return all > 0.0 ? odd / all : NAN;
+}

@@ -56,6 +56,10 @@ typedef struct Nodes {
  * of the lowest values met on either side before higher ground. */
 Nodes contour_find_nodes(const double *r, double prominence);
 
+/* Share of the squared harmonics that is odd about the direction `axis` [rad]: 0 for a curve that is
+ * its own mirror image, 1 for one that the mirror turns round; NAN for a circle. */
+double contour_asymmetry(const Harmonics *harmonics, double axis);
+
 double contour_area(const double *r);      /* [m2] enclosed, between rays straight */
 double contour_perimeter(const double *r); /* [m] */
 

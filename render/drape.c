@@ -270,6 +270,11 @@ static void measure_contour(const Coverage *coverage, Drape *drape) {
     double ring = drape->specimen - support->radius;
     drape->ddr = 100.0 * (drape->specimen - drape->harmonics.mean) / ring;
     drape->fold_index = 100.0 * (high - low) / ring;
+    for (int k = 0; k < 2; k++) {
+        double axis = 0.25 * PI * k;
+        drape->asymmetry[k] = 0.5 * (contour_asymmetry(&drape->harmonics, axis) +
+                                     contour_asymmetry(&drape->harmonics, axis + 0.5 * PI));
+    }
     double perimeter = contour_perimeter(r);
     drape->circularity = 4.0 * PI * contour_area(r) / (perimeter * perimeter);
 }

@@ -16,9 +16,11 @@
 #include "render/silhouette.h"
 
 #define DRAPE_SLICES 3
-#define DRAPE_PERCENTILES 5   /* 0 5 50 95 100 */
-#define DRAPE_PROMINENCE 0.03 /* of R_s: a node is a fold that stands out by as much */
-#define DRAPE_REST 1e-7       /* kinetic energy over weight and R_s that counts as rest */
+#define DRAPE_PERCENTILES 5     /* 0 5 50 95 100 */
+#define DRAPE_PROMINENCE 0.03   /* of R_s: a node is a fold that stands out by as much */
+#define DRAPE_BILLOW_DEPTH 0.25 /* of R_s: billows are counted so far below the support's top */
+#define DRAPE_BILLOW_PROMINENCE 0.07 /* of R_s: how far they stand out */
+#define DRAPE_REST 1e-7              /* kinetic energy over weight and R_s that counts as rest */
 
 typedef struct DrapeDef {
     const char *cloth;       /* name; NULL: the first one */
@@ -68,7 +70,10 @@ typedef struct Drape {
     double rim_fold_depth;              /* [m] the same of the height along the rim */
     int rim_nodes;
     DrapeSlice slices[DRAPE_SLICES];
-    double lowest, highest;              /* [m] of the cloth */
+    Nodes billows; /* of the cut at DRAPE_BILLOW_DEPTH; none where its plane misses the cloth */
+    double asymmetry[2];    /* of the contour in warp and weft, in the diagonals between: means of
+                            contour_asymmetry */
+    double lowest, highest; /* [m] of the cloth */
     double rim_stretch, area_strain;     /* 0 at rest */
     double kinetic;                      /* kinetic energy over weight and R_s, at 9.81 m/s2 */
     double strain[3][DRAPE_PERCENTILES]; /* warp, weft, shear [rad] */

@@ -114,8 +114,18 @@ static void finish_slice(const double *r, double depth, double radius, DrapeSlic
     slice->nodes = nodes.count;
 }
 
+/* Rays that meet nothing, where the rim is above the plane, stay at 0. */
+static void find_billows(const double *r, Drape *drape) {
+    Harmonics harmonics = harmonics_find(r, CONTOUR_RAYS);
+    double smooth[CONTOUR_RAYS];
+    harmonics_draw(&harmonics, CONTOUR_NODE_HARMONICS, smooth);
+    drape->billows = contour_find_nodes(smooth, DRAPE_BILLOW_PROMINENCE * drape->specimen);
+}
+
 void drape_slice(const Surface *surface, const SurfacePart *part, Drape *drape) {
-    double r[DRAPE_SLICES][CONTOUR_RAYS] = {{0}};
+    double r[DRAPE_SLICES + 1][CONTOUR_RAYS] = {{0}}, depths[DRAPE_SLICES + 1];
+    memcpy(depths, slice_depths, sizeof slice_depths);
+    depths[DRAPE_SLICES] = DRAPE_BILLOW_DEPTH * drape->specimen;
     const double *middle = drape->support.centre;
     const uint32_t *triangles = surface->fine + 3 * (size_t)part->fine_begin;
     drape->area_signed = 0.0;
@@ -129,8 +139,8 @@ void drape_slice(const Surface *surface, const SurfacePart *part, Drape *drape) 
         }
         drape->area_signed += 0.5 * ((x[1][0] - x[0][0]) * (x[2][1] - x[0][1]) -
                                      (x[2][0] - x[0][0]) * (x[1][1] - x[0][1]));
-        for (int s = 0; s < DRAPE_SLICES; s++) {
-            if (cut_triangle(x, drape->support.plane - slice_depths[s], p, q)) {
+        for (int s = 0; s <= DRAPE_SLICES; s++) {
+            if (cut_triangle(x, drape->support.plane - depths[s], p, q)) {
                 add_segment(r[s], drape->warp, p, q);
             }
         }
@@ -139,6 +149,7 @@ void drape_slice(const Surface *surface, const SurfacePart *part, Drape *drape) 
     for (int s = 0; s < DRAPE_SLICES; s++) {
         finish_slice(r[s], slice_depths[s], drape->specimen, &drape->slices[s]);
     }
+    find_billows(r[DRAPE_SLICES], drape);
 }
 
 /* ---- the rim ---- */

@@ -30,6 +30,17 @@ static void print_nodes(const Drape *drape, FILE *out) {
     fputs(drape->nodes.count ? " deg from warp\n" : "\n", out);
 }
 
+static void print_billows(const Drape *drape, FILE *out) {
+    fprintf(out, "%-24s %d", "billows", drape->billows.count);
+    fputs(drape->billows.count ? ", at" : "", out);
+    for (int i = 0; i < drape->billows.count; i++) {
+        fprintf(out, " %.0f", drape->billows.angle[i] / DEGREE);
+    }
+    fprintf(out, "%s, in the cut %.3g mm below the top\n",
+            drape->billows.count ? " deg from warp" : "",
+            1e3 * DRAPE_BILLOW_DEPTH * drape->specimen);
+}
+
 void drape_print_text(const Drape *drape, double settling, FILE *out) {
     char text[160];
     fprintf(out, "%s (%s), frame %d, %.4g s\n", drape->cloth, drape->fabric, drape->frame,
@@ -47,6 +58,9 @@ void drape_print_text(const Drape *drape, double settling, FILE *out) {
     fprintf(out, "%-24s n = %d, %.1f mm, %.0f %% of all\n", "strongest harmonic",
             drape->harmonics.dominant, 1e3 * drape->harmonics.amplitude[drape->harmonics.dominant],
             100 * drape->harmonics.share[drape->harmonics.dominant]);
+    print_billows(drape, out);
+    fprintf(out, "%-24s %.2g %% in warp and weft, %.2g %% in the diagonals\n", "asymmetry",
+            100 * drape->asymmetry[0], 100 * drape->asymmetry[1]);
     line(out, "rim over support, mean", 1e3 * drape->rim_mean, "mm");
     line(out, "  lowest", 1e3 * drape->rim_low, "mm");
     line(out, "  highest", 1e3 * drape->rim_high, "mm");
@@ -149,6 +163,11 @@ void drape_print_json(const Drape *drape, double settling, FILE *out) {
     entry(out, "rim_fold_depth_m", drape->rim_fold_depth);
     fprintf(out, ",\n  \"rim_nodes\": %d", drape->rim_nodes);
     print_slices(drape, out);
+    fprintf(out, ",\n  \"billows\": %d", drape->billows.count);
+    list(out, "billow_angles_deg", drape->billows.angle, drape->billows.count, 1.0 / DEGREE);
+    entry(out, "billow_depth_m", DRAPE_BILLOW_DEPTH * drape->specimen);
+    entry(out, "asymmetry_warp_weft", drape->asymmetry[0]);
+    entry(out, "asymmetry_diagonals", drape->asymmetry[1]);
     entry(out, "lowest_m", drape->lowest);
     entry(out, "sag_m", drape->highest - drape->lowest);
     entry(out, "rim_stretch", drape->rim_stretch);

@@ -97,6 +97,24 @@ static void test_contours(void **unused) {
     }
 }
 
+static void test_asymmetry(void **unused) {
+    (void)unused;
+    double r[CONTOUR_RAYS];
+    for (int i = 0; i < CONTOUR_RAYS; i++) {
+        double t = 2 * PI * i / CONTOUR_RAYS;
+        r[i] = 0.1 + 0.01 * cos(4 * (t - 0.2)) + 0.02 * cos(3 * (t - 0.2));
+    }
+    Harmonics harmonics = harmonics_find(r, CONTOUR_RAYS);
+    CHECK_NEAR(contour_asymmetry(&harmonics, 0.2), 0.0, 1e-9);
+    for (int k = 0; k < 8; k++) { /* about another axis each harmonic is odd by sin^2 */
+        double off = 0.1 * k, odd4 = sin(4 * off) * sin(4 * off),
+               odd3 = sin(3 * off) * sin(3 * off);
+        CHECK_NEAR(contour_asymmetry(&harmonics, 0.2 + off), (odd4 + 4 * odd3) / 5, 1e-6);
+    }
+    Harmonics circle = {.mean = 0.1};
+    assert_true(isnan(contour_asymmetry(&circle, 0.0)));
+}
+
 static void test_nodes(void **unused) {
     (void)unused;
     for (int n = 2; n <= 16; n++) { /* folds of 8 mm on 12 cm */
@@ -168,6 +186,13 @@ static void test_shapes(void **unused) {
     const DrapeSlice *slice = &drape.slices[1];
     CHECK_NEAR(slice->high, 0.09 + 0.04 * 0.0205 / sqrt(0.06 * 0.06 - 0.04 * 0.04), 5e-4);
     CHECK_NEAR(slice->low, 0.09 + 0.02 * 0.0205 / sqrt(0.06 * 0.06 - 0.02 * 0.02), 5e-4);
+    /* 37.5 mm below, folds stand out by 20 mm, 10.5 mm count; cos(6 t) is even about warp and odd
+     * about 45 degrees */
+    assert_int_equal(drape.billows.count, 6);
+    CHECK_NEAR(drape.billows.angle[1] - drape.billows.angle[0], PI / 3, 0.01);
+    CHECK_NEAR(drape.billows.peak[0], 0.09 + 0.04 * 0.0375 / sqrt(0.06 * 0.06 - 0.04 * 0.04), 1e-3);
+    CHECK_NEAR(drape.asymmetry[0], 0.0, 1e-3);
+    CHECK_NEAR(drape.asymmetry[1], 1.0, 1e-3);
     arena_free(&arena);
 }
 
@@ -344,10 +369,11 @@ int main(int argc, char **argv) {
     snprintf(program, sizeof program, "%.*s/toile-render", (int)(slash - absolute), absolute);
     free(absolute);
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_contours),   cmocka_unit_test(test_nodes),
-        cmocka_unit_test(test_shapes),     cmocka_unit_test(test_cones),
-        cmocka_unit_test(test_invariance), cmocka_unit_test(test_program),
-        cmocka_unit_test(test_ensemble),   cmocka_unit_test(test_independent),
+        cmocka_unit_test(test_contours),    cmocka_unit_test(test_nodes),
+        cmocka_unit_test(test_asymmetry),   cmocka_unit_test(test_shapes),
+        cmocka_unit_test(test_cones),       cmocka_unit_test(test_invariance),
+        cmocka_unit_test(test_program),     cmocka_unit_test(test_ensemble),
+        cmocka_unit_test(test_independent),
     };
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
     char command[4200];
