@@ -74,7 +74,7 @@ static void run_gradients(void) {
         for (int hysteresis = 0; hysteresis < 2; hysteresis++) {
             const char *model = cloth_models[k]->name;
             double ns = gradient_ns(model, 51, hysteresis);
-            bench_write((BenchRow){"sweep", hysteresis ? "gradient, hysteresis" : "gradient",
+            bench_write((BenchRow){"sweep", hysteresis ? "gradient with hysteresis" : "gradient",
                                    "none", "ns_per_node", 51, NAN, ns, NAN, NAN, NAN,
                                    "minimum of 7", model});
         }
