@@ -10,10 +10,10 @@
 /* ---- cost ---- */
 
 /* [ns] per node and explicit step */
-#define SWEEP_NS 17.0   /* of a lattice with a vectorised sweep, whole */
-#define BESIDE_NS 20.0  /* of any other: all but its forces */
+#define SWEEP_NS 17.0  /* of a lattice with a vectorised sweep, whole */
+#define BESIDE_NS 20.0 /* of any other: all but its forces */
 #define SCATTERED_NS 200.0
-#define UNKNOWN_NS 100.0 /* forces of a model that is not in the table */
+#define UNKNOWN_NS 100.0  /* forces of a model that is not in the table */
 #define FRICTION_NS 250.0 /* of yarns that stick and slip */
 #define OBSTACLE_NS 200.0
 #define SELF_NS 12.0         /* flat panels: nothing is near */

@@ -23,12 +23,12 @@ typedef struct Case {
     int nodes;
     double seconds;
     bool contact, rests; /* rests: the end alone is compared */
-    const char *scene; /* without film and solver */
+    const char *scene;   /* without film and solver */
 } Case;
 
 #define SHEET(width, nodes, model, stretch, bending)                                               \
     "cloth:\n  sheet:\n    shape: {rectangle: {width: " width ", height: " width "}}\n"            \
-    "    nodes: " nodes "\n    model: " model "\n    bending_damping: 0 s\n"                      \
+    "    nodes: " nodes "\n    model: " model "\n    bending_damping: 0 s\n"                       \
     "    membrane_damping: 0 s\n"                                                                  \
     "    fabric: {name: f, weight: 150 g/m2, thickness: 0.5 mm, isotropic: {stretch: " stretch     \
     " N/m, poisson: 0.2, bending: " bending " N m}}\n"
@@ -48,15 +48,21 @@ static const Case cases[] = {
      "    fabric: {name: f, weight: 150 g/m2, thickness: 0.5 mm, isotropic: {stretch: 1000 N/m,"
      " poisson: 0.2, bending: 1e-4 N m}}\nhandles: [{hold: sheet, nearest: [0, 20 cm]}]\n"},
     {"fall on a ball; limp", "mlpg", 31, 0.5, true, false,
-     SHEET("60 cm", "31 x 31", "mlpg", "1000", "1e-5") "    at: [0, 0, 2 cm]\n"
-     "obstacles: {ball: {sphere: {radius: 15 cm}, at: [0, 0, -15 cm], friction: 0.3}}\n"},
+     SHEET("60 cm", "31 x 31", "mlpg", "1000",
+           "1e-5") "    at: [0, 0, 2 cm]\n"
+                   "obstacles: {ball: {sphere: {radius: 15 cm}, at: [0, 0, -15 cm], friction: "
+                   "0.3}}\n"},
     {"fall on a ball; particles", "particles", 26, 0.5, true, false,
-     SHEET("60 cm", "26 x 26", "particles", "2000", "3e-5") "    at: [0, 0, 2 cm]\n"
-     "obstacles: {ball: {sphere: {radius: 15 cm}, at: [0, 0, -15 cm], friction: 0.3}}\n"},
+     SHEET("60 cm", "26 x 26", "particles", "2000",
+           "3e-5") "    at: [0, 0, 2 cm]\n"
+                   "obstacles: {ball: {sphere: {radius: 15 cm}, at: [0, 0, -15 cm], friction: "
+                   "0.3}}\n"},
     {"fall on a cube; triangles", "triangles", 26, 0.4, true, false,
-     SHEET("60 cm", "26 x 26", "triangles", "1000", "1e-4") "    at: [0, 0, 1 cm]\n"
-     "obstacles: {cube: {box: {size: [30 cm, 30 cm, 30 cm], rounding: 1 cm}, at: [0, 0, -15 cm],"
-     " friction: 0.3}}\n"},
+     SHEET("60 cm", "26 x 26", "triangles", "1000",
+           "1e-4") "    at: [0, 0, 1 cm]\n"
+                   "obstacles: {cube: {box: {size: [30 cm, 30 cm, 30 cm], rounding: 1 cm}, at: [0, "
+                   "0, -15 cm],"
+                   " friction: 0.3}}\n"},
     {"twist of a sleeve", "mlpg", 24, 1.5, true, false,
      "cloth:\n  sheet:\n    shape: {sleeve: {radius: 8 cm, length: 30 cm}}\n    nodes: 24 x 20\n"
      "    bending_damping: 0 s\n    membrane_damping: 0 s\n    damping: 2 1/s\n    noise: 0.3 mm\n"
@@ -66,9 +72,10 @@ static const Case cases[] = {
     {"drape to rest", "springs", 21, 6.0, false, true,
      SHEET("40 cm", "21 x 21", "springs", "1000", "1e-4") "    damping: 4 1/s\n" CORNERS},
     {"slow turn of plastic film", "mlpg", 26, 2.0, false, false,
-     SHEET("1 m", "26 x 26", "mlpg", "4e5", "3.3e-4")
-     "    turn: {axis: x, by: 90 deg}\nhandles:\n  - hold: [sheet.top-left, sheet.top-right]\n"
-     "    turn: {axis: z, by: 60 deg, from: 0 s, to: 2 s}\n"},
+     SHEET("1 m", "26 x 26", "mlpg", "4e5",
+           "3.3e-4") "    turn: {axis: x, by: 90 deg}\nhandles:\n  - hold: [sheet.top-left, "
+                     "sheet.top-right]\n"
+                     "    turn: {axis: z, by: 60 deg, from: 0 s, to: 2 s}\n"},
 };
 
 static const double implicit_steps[] = {1.0 / 60, 1.0 / 120, 1.0 / 240, 1.0 / 960};
@@ -138,8 +145,7 @@ static Outcome run(const Case *c, const char *solver, double most, double (*x)[3
     return out;
 }
 
-static double distance(double (*a)[3 * MOST_PLACES], double (*b)[3 * MOST_PLACES],
-                       int places) {
+static double distance(double (*a)[3 * MOST_PLACES], double (*b)[3 * MOST_PLACES], int places) {
     double sum = 0.0;
     for (int k = 0; k < TIMES; k++) {
         for (int i = 0; i < 3 * places; i++) {
