@@ -8,6 +8,7 @@
 
 #include "sim/base/error.h"
 #include "sim/base/parallel.h"
+#include "sim/solve/triangular.h"
 
 /* relaxed supernodes: 25..35 % faster than CHOLMOD's defaults on cloth (mlpg.md 1.5) */
 static const size_t relax_columns[3] = {12, 32, 96};
@@ -140,6 +141,55 @@ void factor_free(Factor *factor) {
     cholmod_free_dense(&factor->e, &factor->common);
     cholmod_finish(&factor->common);
     free(factor);
+}
+
+static cholmod_sparse *sparse_of(int count, const TriangularEntry *entries, int entry_count,
+                                 cholmod_common *common) {
+    size_t n = (size_t)count, most = (size_t)entry_count;
+    cholmod_triplet *t = cholmod_allocate_triplet(n, n, most, -1, CHOLMOD_REAL, common);
+    ASSERT(t);
+    for (int k = 0; k < entry_count; k++) {
+        ((int *)t->i)[k] = entries[k].row;
+        ((int *)t->j)[k] = entries[k].column;
+        ((double *)t->x)[k] = entries[k].value;
+    }
+    t->nnz = most;
+    cholmod_sparse *matrix = cholmod_triplet_to_sparse(t, most, common);
+    cholmod_free_triplet(&t, common);
+    ASSERT(matrix);
+    return matrix;
+}
+
+bool triangular_create(int count, const TriangularEntry *entries, int entry_count, Arena *arena,
+                       Triangular *out) {
+    cholmod_common common;
+    start(&common);
+    common.supernodal = CHOLMOD_SIMPLICIAL;
+    common.final_ll = common.final_pack = common.final_monotonic = 1;
+    cholmod_sparse *matrix = sparse_of(count, entries, entry_count, &common);
+    cholmod_factor *l = cholmod_analyze(matrix, &common);
+    ASSERT(l);
+    cholmod_factorize(matrix, l, &common);
+    ASSERT(common.status != CHOLMOD_OUT_OF_MEMORY);
+    bool definite = common.status == CHOLMOD_OK && l->minor == l->n;
+    if (definite) {
+        const int *columns = l->p;
+        int size = columns[count];
+        *out = (Triangular){.count = count,
+                            .order = arena_push(arena, int, count),
+                            .start = arena_push(arena, int, count + 1),
+                            .row = arena_push(arena, int, size),
+                            .value = arena_push(arena, double, size),
+                            .work = arena_push(arena, double, count)};
+        memcpy(out->order, l->Perm, (size_t)count * sizeof *out->order);
+        memcpy(out->start, l->p, (size_t)(count + 1) * sizeof *out->start);
+        memcpy(out->row, l->i, (size_t)size * sizeof *out->row);
+        memcpy(out->value, l->x, (size_t)size * sizeof *out->value);
+    }
+    cholmod_free_factor(&l, &common);
+    cholmod_free_sparse(&matrix, &common);
+    cholmod_finish(&common);
+    return definite;
 }
 
 double factor_nonzeros(const Factor *factor) {
