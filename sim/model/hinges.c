@@ -40,25 +40,62 @@ static void turn_gradient(const HingeTurn *t, Vec3 g[4]) {
     g[1] = vec3_add(vec3_scale(-t->foot[0], g[2]), vec3_scale(-t->foot[1], g[3]));
 }
 
-static void element_curvature(const Hinges *h, const HingeElement *el, double k[3]) {
-    k[0] = k[1] = k[2] = 0.0;
-    for (int e = 0; e < el->edge_count; e++) {
-        double turn = h->turns[el->edge[e]].angle;
-        for (int c = 0; c < 3; c++) {
-            k[c] += el->c[e][c] * turn;
-        }
-    }
-}
-
 static void times_d(const double d[6], const double k[3], double m[3]) {
     m[0] = d[0] * k[0] + d[1] * k[1] + d[2] * k[2];
     m[1] = d[1] * k[0] + d[3] * k[1] + d[4] * k[2];
     m[2] = d[2] * k[0] + d[4] * k[1] + d[5] * k[2];
 }
 
-static void find_turns(const Hinges *h, const double *x) {
+/* A D k of an element; k [1/m] */
+static void element_moment(const Hinges *h, const HingeElement *el, double k[3], double m[3]) {
+    k[0] = k[1] = k[2] = 0.0;
+    for (int e = 0; e < el->edge_count; e++) {
+        const HingeEdge *edge = &h->edges[el->edge[e]];
+        double turn = h->turns[el->edge[e]].angle;
+        if (edge->director >= 0) {
+            turn += el->side[e] * h->director[edge->director];
+        }
+        for (int c = 0; c < 3; c++) {
+            k[c] += el->c[e][c] * turn;
+        }
+    }
+    times_d(el->d, k, m);
+}
+
+static double edge_moment(const HingeElement *el, int e, const double m[3]) {
+    return el->c[e][0] * m[0] + el->c[e][1] * m[1] + el->c[e][2] * m[2];
+}
+
+/* minus the derivative by psi where all are zero, times the inverse of the second derivative */
+void hinges_find_directors(const Hinges *h) {
+    memset(h->director, 0, (size_t)h->director_count * sizeof *h->director);
+    double *right = h->moment;
+    memset(right, 0, (size_t)h->director_count * sizeof *right);
+    for (int i = 0; i < h->element_count; i++) {
+        const HingeElement *el = &h->elements[i];
+        double k[3], m[3];
+        element_moment(h, el, k, m);
+        for (int e = 0; e < el->edge_count; e++) {
+            int director = h->edges[el->edge[e]].director;
+            if (director >= 0) {
+                right[director] -= el->side[e] * edge_moment(el, e, m);
+            }
+        }
+    }
+    triangular_solve(&h->elimination, right);
+    memcpy(h->director, right, (size_t)h->director_count * sizeof *right);
+}
+
+static void find_angles(const Hinges *h, const double *x) {
     for (int e = 0; e < h->edge_count; e++) {
         h->turns[e] = turn_of(&h->edges[e], x);
+    }
+}
+
+static void find_turns(const Hinges *h, const double *x) {
+    find_angles(h, x);
+    if (h->director_count > 0) {
+        hinges_find_directors(h);
     }
 }
 
@@ -67,8 +104,7 @@ double hinges_energy(const Hinges *h, const double *x) {
     find_turns(h, x);
     for (int i = 0; i < h->element_count; i++) {
         double k[3], m[3];
-        element_curvature(h, &h->elements[i], k);
-        times_d(h->elements[i].d, k, m);
+        element_moment(h, &h->elements[i], k, m);
         energy += 0.5 * (k[0] * m[0] + k[1] * m[1] + k[2] * m[2]);
     }
     return energy;
@@ -90,10 +126,9 @@ void hinges_add_gradient(const Hinges *h, const double *x, double *gradient) {
     for (int i = 0; i < h->element_count; i++) {
         const HingeElement *el = &h->elements[i];
         double k[3], m[3];
-        element_curvature(h, el, k);
-        times_d(el->d, k, m);
+        element_moment(h, el, k, m);
         for (int e = 0; e < el->edge_count; e++) {
-            h->moment[el->edge[e]] += el->c[e][0] * m[0] + el->c[e][1] * m[1] + el->c[e][2] * m[2];
+            h->moment[el->edge[e]] += edge_moment(el, e, m);
         }
     }
     for (int e = 0; e < h->edge_count; e++) {
@@ -145,16 +180,17 @@ static void element_rows(const Hinges *h, const HingeElement *el, double j[3][3 
         for (int k = 0; k < 4; k++) {
             int at = el->local[e][k];
             for (int c = 0; c < 3 && at >= 0; c++) {
-                j[c][3 * at] += el->c[e][c] * g[k].x;
-                j[c][3 * at + 1] += el->c[e][c] * g[k].y;
-                j[c][3 * at + 2] += el->c[e][c] * g[k].z;
+                double share = el->tangent[e] * el->c[e][c];
+                j[c][3 * at] += share * g[k].x;
+                j[c][3 * at + 1] += share * g[k].y;
+                j[c][3 * at + 2] += share * g[k].z;
             }
         }
     }
 }
 
 void hinges_add_hessian(const Hinges *h, const double *x, double *values) {
-    find_turns(h, x);
+    find_angles(h, x);
     for (int i = 0; i < h->element_count; i++) {
         const HingeElement *el = &h->elements[i];
         double j[3][3 * HINGE_NODES], dj[3 * HINGE_NODES][3] = {{0}};

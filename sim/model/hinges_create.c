@@ -80,7 +80,7 @@ static HingeEdge make_edge(const Cloth *cloth, const int *triangles, const HalfE
                            bool shared) {
     const Panel *p = &cloth->panel;
     const int *n = triangles + 3 * half->triangle;
-    HingeEdge e = {.triangle = {half->triangle, -1}};
+    HingeEdge e = {.triangle = {half->triangle, -1}, .director = -1};
     for (int k = 0; k < 3; k++) {
         e.node[k] = panel_node(p, n[(half->side + k) % 3]);
     }
@@ -190,14 +190,14 @@ static void create_hinges(const Cloth *cloth, const double *area, Hinges *h) {
             across(e, side, p);
             el->d[0] += (e->wall ? 1.0 : 0.5) * quadratic(d, p, p) * length * length / both;
         }
-        el->c[0][0] = 1.0;
+        el->c[0][0] = el->tangent[0] = 1.0;
         add_edge(cloth, h, el, k);
     }
 }
 
 /* `side` 0, 1: the element of its left, right triangle */
 static void add_to_triangle(const Cloth *cloth, const double *area, const Hinges *h, int edge,
-                            int side) {
+                            int side, bool morley) {
     const HingeEdge *e = &h->edges[edge];
     int triangle = e->triangle[side], other = e->triangle[1 - side];
     HingeElement *el = &h->elements[triangle];
@@ -207,14 +207,18 @@ static void add_to_triangle(const Cloth *cloth, const double *area, const Hinges
         condense(el->d, p);
         return;
     }
-    double share = e->wall ? 1.0 : mine / (mine + area[other]);
+    double tensor = e->wall ? 1.0 : mine / (mine + area[other]);
+    double share = morley && !e->wall ? 0.5 : tensor;
+    el->side[el->edge_count] = e->wall || !morley ? 0.0 : side == 0 ? 1.0 : -1.0;
+    el->tangent[el->edge_count] = tensor / share;
     for (int k = 0; k < 3; k++) {
         el->c[el->edge_count][k] = e->side[side].length * share / mine * p[k];
     }
     add_edge(cloth, h, el, edge);
 }
 
-static void create_tensors(const Cloth *cloth, const double *area, int count, Hinges *h) {
+static void create_tensors(const Cloth *cloth, const double *area, int count, bool morley,
+                           Hinges *h) {
     const Material *m = &cloth->material;
     for (int t = 0; t < count; t++) {
         double d[6] = {m->d11, m->d12, 0.0, m->d22, 0.0, m->d66};
@@ -226,7 +230,7 @@ static void create_tensors(const Cloth *cloth, const double *area, int count, Hi
     for (int k = 0; k < h->edge_count; k++) {
         for (int side = 0; side < 2; side++) {
             if (h->edges[k].triangle[side] >= 0) {
-                add_to_triangle(cloth, area, h, k, side);
+                add_to_triangle(cloth, area, h, k, side, morley);
             }
         }
     }
@@ -249,22 +253,50 @@ static void drop_free_edges(Hinges *h, Arena *arena) {
     }
 }
 
-Hinges hinges_create(const Cloth *cloth, const int *triangles, int triangle_count, bool tensor,
-                     Arena *arena) {
+/* second derivative of the energy by all psi, which is constant: d (A/2 k'Dk) = side c D c side */
+static bool create_directors(Hinges *h, Arena *arena) {
+    for (int k = 0; k < h->edge_count; k++) {
+        if (!h->edges[k].wall) {
+            h->edges[k].director = h->director_count++;
+        }
+    }
+    TriangularEntry *entries = arena_push(arena, TriangularEntry, 6 * h->element_count);
+    int count = 0;
+    for (int i = 0; i < h->element_count; i++) {
+        const HingeElement *el = &h->elements[i];
+        for (int e = 0; e < el->edge_count; e++) {
+            for (int f = 0; f <= e; f++) {
+                double value = el->side[e] * el->side[f] * quadratic(el->d, el->c[e], el->c[f]);
+                int a = h->edges[el->edge[e]].director, b = h->edges[el->edge[f]].director;
+                if (a >= 0 && b >= 0) {
+                    entries[count++] = (TriangularEntry){a > b ? a : b, a > b ? b : a, value};
+                }
+            }
+        }
+    }
+    h->director = arena_push(arena, double, h->director_count);
+    return triangular_create(h->director_count, entries, count, arena, &h->elimination);
+}
+
+bool hinges_create(const Cloth *cloth, const int *triangles, int triangle_count, BendingKind kind,
+                   Arena *arena, Hinges *hinges) {
     Hinges h = {0};
+    bool each = kind == BENDING_HINGE, morley = kind == BENDING_MORLEY;
     create_edges(cloth, triangles, triangle_count, &h, arena);
-    h.elements = arena_push(arena, HingeElement, tensor ? triangle_count : h.edge_count);
+    h.elements = arena_push(arena, HingeElement, each ? h.edge_count : triangle_count);
     h.turns = arena_push(arena, HingeTurn, h.edge_count);
     h.moment = arena_push(arena, double, h.edge_count);
     double *area = arena_push(arena, double, triangle_count);
     for (int t = 0; t < triangle_count; t++) {
         area[t] = triangle_area(&cloth->panel, triangles + 3 * t);
     }
-    if (tensor) {
-        create_tensors(cloth, area, triangle_count, &h);
-    } else {
+    if (each) {
         create_hinges(cloth, area, &h);
+    } else {
+        create_tensors(cloth, area, triangle_count, morley, &h);
     }
     drop_free_edges(&h, arena);
-    return h;
+    bool solvable = !morley || create_directors(&h, arena);
+    *hinges = h;
+    return solvable;
 }

@@ -1,6 +1,6 @@
 /* triangles.c: triangle meshes (after Baraff, Witkin 1998), with a membrane that is orthotropic and
  * does not depend on the mesh (St. Venant-Kirchhoff, constant strain), and bending by the turns of
- * edges (hinges.h).
+ * edges (hinges.h): on lattices a curvature tensor, on other meshes Morley's, which is a plate on all.
  *
  * Lattices get one diagonal in every cell, all the same way: there the curvature tensor is exact.
  * Their two triangles share one membrane sample, as in mlpg.h, unless `membrane: triangles`:
@@ -108,7 +108,12 @@ static bool create(Cloth *cloth, Arena *arena, Error *error) {
     } else {
         constant_strain(cloth, triangles, count, &t->membrane, arena);
     }
-    t->hinges = hinges_create(cloth, triangles, count, cloth->bending == BENDING_TENSOR, arena);
+    if (!hinges_create(cloth, triangles, count, cloth->bending, arena, &t->hinges)) {
+        return error_set(error, EXIT_BAD_INPUT,
+                         "cloth '%s': some triangles are too thin for 'bending: morley'; 'tensor' "
+                         "may have them",
+                         cloth->def->name);
+    }
     cloth->note = note(cloth, pairs, arena);
     t->limits = damping_limits(cloth);
     cloth->limits = p->nu > 0 ? &t->limits : NULL; /* what bounds it elsewhere is not known */
@@ -168,7 +173,7 @@ const ClothModel cloth_model_triangles = {
     .name = "triangles",
     .about = "triangles with a curvature tensor, or hinges (after Baraff, Witkin 1998)",
     .lattice_bendings = 1u << BENDING_TENSOR | 1u << BENDING_HINGE,
-    .scattered_bendings = 1u << BENDING_TENSOR | 1u << BENDING_HINGE,
+    .scattered_bendings = 1u << BENDING_MORLEY | 1u << BENDING_TENSOR | 1u << BENDING_HINGE,
     .seams = true,
     .create = create,
     .energy = energy,

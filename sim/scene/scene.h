@@ -46,12 +46,13 @@ typedef struct ShapeDef {
 typedef enum SidesKind { SIDES_FREE, SIDES_BOUNDED } SidesKind; /* sim/model/side_bound.h */
 typedef enum KinematicsKind { KINEMATICS_GREEN, KINEMATICS_COROTATIONAL } KinematicsKind;
 typedef enum BendingKind {
-    BENDING_AUTO,    /* stencil on lattices, rbf on scattered nodes */
+    BENDING_AUTO,    /* of those that the model knows on such nodes the first in this list */
     BENDING_STENCIL, /* 13-point stencil: boundary integral of 2-node edge slopes (lattices) */
     BENDING_RBF,     /* boundary integral of RBF edge slopes (any nodes) */
     BENDING_CHOI_KO, /* springs between second neighbours that push like a buckled strip */
     BENDING_CHORD,   /* the same, with the moment of a linear hinge at every angle */
     BENDING_PROVOT,  /* linear springs between second neighbours */
+    BENDING_MORLEY,  /* triangles, no lattice: the next with a free slope at every edge */
     BENDING_TENSOR,  /* triangles: curvature tensor from the turns of three edges */
     BENDING_HINGE,   /* triangles: each edge turns by itself */
     BENDING_ANGLE,   /* particles: curvature = turn / spacing */

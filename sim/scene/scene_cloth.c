@@ -14,7 +14,7 @@ static const char *const rest_words[] = {"flat", "curved", NULL};
 static const char *const sides_words[] = {"free", "bounded", NULL};
 static const char *const kinematics_words[] = {"green", "corotational", NULL};
 const char *const bending_words[] = {"auto",   "stencil", "rbf",   "choi_ko", "chord", "provot",
-                                     "tensor", "hinge",   "angle", "sine",    NULL};
+                                     "morley", "tensor",  "hinge", "angle",   "sine",  NULL};
 static const char *const membrane_words[] = {"auto", "pairs", "triangles", NULL};
 static const char *const buckle_words[] = {"elastica", "arc", "quartic", "none", NULL};
 
