@@ -182,18 +182,18 @@ static void test_gradient(void **unused) {
 }
 
 /* Where the tangent is the exact Hessian. Corotation, deferred bending and springs with a kink have
- * none by design; what needs a second derivative of a normal is exact at rest only. */
+ * none by design, nor has Morley's bending, which takes that of the tensor; what needs a second derivative of a normal is exact at rest only. */
 typedef enum Exact { EXACT, EXACT_AT_REST, NOT_EXACT } Exact;
 
 static Exact exactness(const Case *c, const ClothModel *model) {
     BendingKind bending = c->def.bending;
     bool deferred = bending == BENDING_RBF && !c->def.scattered;
     bool kink = bending == BENDING_CHOI_KO || bending == BENDING_CHORD;
-    bool turns = bending >= BENDING_TENSOR;
+    bool turns = bending >= BENDING_MORLEY;
     bool rests = c->def.shape.kind != SHAPE_SLEEVE || c->def.shape.rest_curved;
     bool strains = strcmp(model->name, "springs") != 0;
     if (deferred || kink || (turns && !rests) ||
-        (strains && c->def.kinematics != KINEMATICS_GREEN)) {
+        (strains && c->def.kinematics != KINEMATICS_GREEN) || bending == BENDING_MORLEY) {
         return NOT_EXACT;
     }
     return turns || c->def.hysteresis || c->def.shape.rest_curved ? EXACT_AT_REST : EXACT;
