@@ -82,11 +82,9 @@ typedef struct ClothDef {
     const char *look;  /* name of a look (assets/looks); "teal-twill" */
     FilmPicture print; /* on its face; none */
     const char *model; /* name in cloth_models[]; "mlpg" */
-    int nodes[2];      /* nodes along u, along v; around, along for a sleeve; 41 x 41. Unused
-                          for scattered nodes and discs, annuli, polygons */
-    double spacing;    /* [m] of scattered nodes and in discs, annuli, polygons, where it is never
-                          0 (default: extent / 40). On lattices: what `nodes` was computed from,
-                          0 when nodes were given */
+    int nodes[2];      /* of lattices: along u, along v; around, along for a sleeve; 41 x 41 */
+    double spacing;    /* [m] of nodes that are no lattice, never 0 there (default: extent / 40). On
+                          lattices: what `nodes` was computed from, 0 when nodes were given */
     double jitter;     /* scattered layout: random shift of inner nodes / spacing, 0..0.4; 0 */
     bool scattered;    /* rectangle with scattered nodes; false */
     double grid_turn;  /* [rad] scattered layout: inner nodes on a square lattice turned by it, as
