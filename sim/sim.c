@@ -53,6 +53,13 @@ bool sim_create(Sim *sim, const Scene *scene, const SimOptions *options, Error *
                   scene->path, sim->stepper->name);
         return give_up(sim);
     }
+    for (int c = 0; c < sim->system.cloth_count && !sim->stepper->limits; c++) {
+        if (sim->system.cloths[c].spring_limit_count > 0) {
+            error_set(error, EXIT_BAD_INPUT, "%s: 'limit_rounds' needs the stepper central, not %s",
+                      scene->path, sim->stepper->name);
+            return give_up(sim);
+        }
+    }
     if (sim->stepper->implicit && scene->air.normal_drag > 0.0) {
         error_set(error, EXIT_BAD_INPUT,
                   "%s: 'air: normal_drag' needs the stepper central; %s was chosen, since %s",

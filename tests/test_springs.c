@@ -2,8 +2,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "sim/base/hash.h"
 #include "sim/model/model.h"
 #include "sim/model/spring_law.h"
+#include "sim/sim.h"
+#include "sim/step/explicit.h"
 #include "sim/step/stepper.h"
 #include "tests/support/check.h"
 #include "tests/support/cloths.h"
@@ -276,6 +279,147 @@ static void test_stiffening(void **unused) {
     arena_free(&b.arena);
 }
 
+/* ---- Provot's limit ---- */
+
+/* the swing by springs, 26 x 26, whose stretch limit is 10 % */
+static void make_limited(Bench *b, double modulus, int rounds, int handles) {
+    memset(b, 0, sizeof *b);
+    b->cloth = cloths_rectangle(1.0, 1.0, 26, 26, cloths_fabric(0.2, modulus, 0.0, 1e-5, 0.0));
+    b->cloth.fabric.shear.value = 0.3 * modulus;
+    b->cloth.fabric.stretch_limit.value = 0.105; /* Green's strain of 10 % */
+    b->cloth.model = "springs";
+    b->cloth.limit_rounds = rounds;
+    b->cloth.noise = handles ? 0.0 : 1e-3;
+    b->cloth.pose.turn = quat_from_axis_angle(vec3(1, 0, 0), 60.0 * PI / 180.0);
+    b->scene = cloths_scene(&b->cloth);
+    b->scene.solver.self_contact = false;
+    b->handles[0] = b->handles[1] = handle_default();
+    b->handles[0].region = REGION_TOP_LEFT;
+    b->handles[1].region = REGION_TOP_RIGHT;
+    bench_build(b, handles);
+}
+
+/* largest strain of threads and diagonals */
+static double largest_stretch(const Cloth *cloth, const double *x) {
+    const Panel *p = &cloth->panel;
+    double most = 0.0;
+    for (int i = 0; i < p->node_count; i++) {
+        static const int reach[4][2] = {{1, 0}, {0, 1}, {1, 1}, {1, -1}};
+        for (int k = 0; k < 4; k++) {
+            int u = i % p->nu + reach[k][0], v = i / p->nu + reach[k][1];
+            if (u < p->nu && v >= 0 && v < p->nv) {
+                int other = v * p->nu + u;
+                double rest = hypot(reach[k][0] * p->h1, reach[k][1] * p->h2);
+                Vec3 d = vec3_sub(vec3_load(x + 3 * other), vec3_load(x + 3 * i));
+                most = fmax(most, vec3_length(d) / rest - 1.0);
+            }
+        }
+    }
+    return most;
+}
+
+/* the largest strain after 1 s by steps of 1 ms */
+static double limited_stretch(double modulus, int rounds) {
+    Bench b;
+    make_limited(&b, modulus, rounds, 2);
+    State state = state_allocate(&b.system, &b.arena);
+    state_start(&b.system, &state);
+    Explicit *engine = explicit_create(&b.system);
+    ExplicitRun run = {.steps = 10, .dt = 1e-3};
+    double now = 0.0, most = 0.0;
+    for (int k = 0; k < 100; k++) {
+        ExplicitResult result = explicit_interval(engine, &run, &state);
+        assert_true(result.finite);
+        now = largest_stretch(&b.system.cloths[0], state.x);
+        most = fmax(most, now);
+    }
+    print_message("  E %g N/m, %d rounds: %.2f %%, on the way up to %.2f %%\n", modulus, rounds,
+                  100 * now, 100 * most);
+    arena_free(&b.arena);
+    return now;
+}
+
+static void test_limit(void **unused) {
+    (void)unused;
+    const int rounds[3] = {1, 3, 10};
+    const double bars[3] = {0.15, 0.12, 0.106}, moduli[2] = {1, 20};
+    for (int m = 0; m < 2; m++) {
+        CHECK_AT_MOST(1.0, limited_stretch(moduli[m], 0));
+        for (int k = 0; k < 3; k++) {
+            CHECK_AT_MOST(limited_stretch(moduli[m], rounds[k]), bars[k]);
+        }
+    }
+}
+
+/* steppers that move cloth without it say so */
+static void test_limit_refused(void **unused) {
+    (void)unused;
+    static const char text[] =
+        "toile: 1\ncloth:\n  s:\n    shape: {rectangle: {width: 10 cm, height: 10 cm}}\n"
+        "    fabric: wool-tropical\n    model: springs\n    nodes: 8 x 8\n    limit_rounds: 10\n"
+        "solver: {stepper: %s}\n";
+    static const char *const names[3] = {"central", "bdf2", "rk4"};
+    for (int k = 0; k < 3; k++) {
+        Arena arena = {0};
+        Scene scene;
+        Sim sim;
+        Error error = {0};
+        char scene_text[400];
+        SimOptions options = sim_options_default();
+        snprintf(scene_text, sizeof scene_text, text, names[k]);
+        assert_true(
+            scene_parse("test.yaml", scene_text, strlen(scene_text), NULL, &arena, &scene, &error));
+        assert_int_equal(sim_create(&sim, &scene, &options, &error), k == 0);
+        if (k == 0) {
+            sim_destroy(&sim);
+        } else {
+            assert_int_equal(error.code, EXIT_BAD_INPUT);
+            assert_non_null(strstr(error.text, "'limit_rounds' needs the stepper central"));
+        }
+        arena_free(&arena);
+    }
+}
+
+/* a crumpled sheet that flies apart: the limit keeps both momenta, and takes the energy that it says */
+static void test_limit_momentum(void **unused) {
+    (void)unused;
+    Bench b;
+    make_limited(&b, 1e-6, 10, 0); /* nothing else takes energy */
+    const System *s = &b.system;
+    b.scene.gravity = vec3(0, 0, 0);
+    State state = state_allocate(s, &b.arena);
+    state_start(s, &state);
+    for (int i = 0; i < 3 * s->place_count; i++) {
+        state.v[i] = 20.0 * state.x[i] + hash_random(2, (uint64_t)i);
+    }
+    unsigned char *held = arena_push(&b.arena, unsigned char, s->place_count);
+    double size = 0.0;
+    Vec3 p[2] = {{0}}, q[2] = {{0}};
+    Explicit *engine = explicit_create(s);
+    ExplicitRun run = {.steps = 1000, .dt = 1e-3};
+    double before = system_kinetic_energy(s, state.v, held) + system_elastic_energy(s, state.x);
+    for (int k = 0; k < 2; k++) {
+        for (int i = 0; i < s->place_count; i++) {
+            Vec3 v = vec3_scale(s->mass[i], vec3_load(state.v + 3 * i));
+            p[k] = vec3_add(p[k], v);
+            q[k] = vec3_add(q[k], vec3_cross(vec3_load(state.x + 3 * i), v));
+            size += vec3_length(v);
+        }
+        if (k == 0) {
+            ExplicitResult result = explicit_interval(engine, &run, &state);
+            double after =
+                system_kinetic_energy(s, state.v, held) + system_elastic_energy(s, state.x);
+            print_message("  %.4g J, then %.4g; the limit took %.4g\n", before, after,
+                          result.sides);
+            CHECK_AT_MOST(0.1 * before, result.sides);
+            CHECK_AT_MOST(fabs(before - after - result.sides), 1e-3 * before);
+        }
+    }
+    CHECK_AT_MOST(vec3_length(vec3_sub(p[1], p[0])) / size, 1e-12);
+    CHECK_AT_MOST(vec3_length(vec3_sub(q[1], q[0])) / size, 1e-12);
+    arena_free(&b.arena);
+}
+
 /* the curvature stencil: as accurate as that of mlpg, which is the same */
 static void test_cantilever(void **unused) {
     (void)unused;
@@ -309,15 +453,12 @@ static void test_second_neighbours(void **unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_laws),
-        cmocka_unit_test(test_elastica_law),
-        cmocka_unit_test(test_spring),
-        cmocka_unit_test(test_moduli),
-        cmocka_unit_test(test_refusals),
-        cmocka_unit_test(test_stiffening),
-        cmocka_unit_test(test_chain),
-        cmocka_unit_test(test_cantilever),
-        cmocka_unit_test(test_second_neighbours),
+        cmocka_unit_test(test_laws),          cmocka_unit_test(test_elastica_law),
+        cmocka_unit_test(test_spring),        cmocka_unit_test(test_moduli),
+        cmocka_unit_test(test_refusals),      cmocka_unit_test(test_stiffening),
+        cmocka_unit_test(test_limit),         cmocka_unit_test(test_limit_momentum),
+        cmocka_unit_test(test_limit_refused), cmocka_unit_test(test_chain),
+        cmocka_unit_test(test_cantilever),    cmocka_unit_test(test_second_neighbours),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -21,6 +21,11 @@ typedef struct Ghost {
     double out[2]; /* unit, out of the panel in material space */
 } Ghost;
 
+typedef struct SpringLimit {
+    int a, b;       /* nodes */
+    double longest; /* [m] */
+} SpringLimit;
+
 typedef struct Cloth {
     const ClothModel *model;
     const ClothDef *def;
@@ -40,6 +45,8 @@ typedef struct Cloth {
     int history_count;
     double *history;  /* (history_count) of accepted steps; see commit */
     const char *note; /* what the model cannot have of this fabric; NULL: nothing */
+    int spring_limit_count;
+    const SpringLimit *spring_limits; /* (spring_limit_count) see sim/step/limit.h */
 } Cloth;
 
 struct ClothModel {

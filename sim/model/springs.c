@@ -22,6 +22,7 @@
 /* line of a pushing spring / line of the threads between the same nodes: the larger, the smaller
  * the turn from which it pushes with full force, and the shorter the explicit step */
 #define PUSH_SHARE 1.0
+#define PROVOT_LIMIT 0.1 /* strain, where the fabric states none */
 
 /* structural: 2 axis + border; then the diagonals; bend: BEND + 4 axis + 2 wall + border */
 enum { DIAGONAL = 4, BEND = 5, KINDS = 13 };
@@ -163,6 +164,21 @@ static void create_springs(const Cloth *cloth, Springs *s, Arena *arena) {
     }
 }
 
+/* lengths that no step may leave behind: of threads and diagonals */
+static void create_limits(Cloth *cloth, const Springs *s, Arena *arena) {
+    double green = cloth->def->fabric.stretch_limit.value;
+    double strain = isfinite(green) ? sqrt(1.0 + 2.0 * green) - 1.0 : PROVOT_LIMIT;
+    SpringLimit *limits = arena_push(arena, SpringLimit, s->net.spring_count);
+    for (int k = 0; k < s->net.spring_count && cloth->def->limit_rounds >= 1.0; k++) {
+        const Spring *spring = &s->net.springs[k];
+        if (spring->kind <= DIAGONAL) {
+            limits[cloth->spring_limit_count++] =
+                (SpringLimit){spring->a, spring->b, (1.0 + strain) * s->kinds[spring->kind].rest};
+        }
+    }
+    cloth->spring_limits = limits;
+}
+
 /* what the lattice cannot have of this fabric */
 static const char *note(const Cloth *cloth, const Constants *c, const Springs *s, Arena *arena) {
     const Material *m = &cloth->material;
@@ -217,6 +233,7 @@ static bool create(Cloth *cloth, Arena *arena, Error *error) {
     s->limits = damping_limits(cloth);
     cloth->limits = &s->limits;
     create_springs(cloth, s, arena);
+    create_limits(cloth, s, arena);
     BendingSamples samples;
     mlpg_lattice_bending(cloth, &samples, arena);
     s->bending = bending_create(&samples, cloth->node_count + cloth->ghost_count, cloth->node_count,

@@ -105,6 +105,7 @@ typedef struct ClothDef {
     bool hysteresis;           /* yarns stick and slip, by 2HB and 2HG of the fabric; false */
     BuckleKind buckling;       /* of model springs; elastica */
     double stiffening;         /* of model springs beyond the fabric's stretch limit / modulus; 0 */
+    double limit_rounds;       /* a step, of Provot's limit on springs (sim/step/limit.h); 0 */
     MembraneKind membrane;     /* of model triangles; auto */
 } ClothDef;
 

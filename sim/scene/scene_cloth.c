@@ -240,6 +240,10 @@ static const Field cloth_fields[] = {
     {"stiffening", FIELD_NUMBER, AT(stiffening), .unit = "", .max = 1e3, .word = "none",
      .word_value = 0.0,
      .help = "springs: stiffness beyond the stretch limit of the fabric / its modulus, on top"},
+    {"limit_rounds", FIELD_NUMBER, AT(limit_rounds), .unit = "", .max = 1e3, .word = "none",
+     .word_value = 0.0,
+     .help =
+         "springs, explicit: rounds a step that shorten what is beyond the stretch limit, or 10 %"},
     {"buckling", FIELD_WORD, AT(buckling), .words = buckle_words,
      .help = "how springs give way in compression"},
     {"membrane", FIELD_WORD, AT(membrane), .words = membrane_words,

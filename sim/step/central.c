@@ -217,6 +217,7 @@ static bool advance(const System *system, void *data, State *state, double time_
 const Stepper stepper_central = {
     .name = "central",
     .about = "central differences (velocity Verlet) at 0.8 of the stability limit",
+    .limits = true,
     .history = true,
     .create = create,
     .advance = advance,
@@ -225,6 +226,7 @@ const Stepper stepper_central = {
 const Stepper stepper_symplectic_euler = {
     .name = "symplectic_euler",
     .about = "whole kicks and drifts in turn, first order, with contact",
+    .limits = true,
     .history = true,
     .create = create_symplectic_euler,
     .advance = advance,

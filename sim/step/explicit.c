@@ -89,16 +89,16 @@ static void place_all(Explicit *e) {
         if (cloth->lattice) {
             place_lattice(e, c, &slots);
             e->grain[c] = row_grain(cloth->lattice);
-            e->sides[c] = sides_create(&e->lattices[c], system->arena);
             size_t row_chunks = (size_t)parallel_chunk_count(cloth->lattice->nv, e->grain[c]);
             chunks = row_chunks > chunks ? row_chunks : chunks;
             size_t stride = (size_t)cloth->lattice->stride;
             widest = stride > widest ? stride : widest;
-            continue;
         }
-        for (int i = 0; i < cloth->node_count + cloth->ghost_count; i++) {
-            e->slot[system->first[c] + i] = slots++;
+        int *slot = e->slot + system->first[c];
+        for (int i = 0; !cloth->lattice && i < cloth->node_count + cloth->ghost_count; i++) {
+            slot[i] = slots++;
         }
+        e->sides[c] = sides_create(cloth, &e->lattices[c], slot, system->arena);
     }
     e->lanes = lanes_create(slots, system->arena);
     e->buffer_size = SWEEP_BUFFER_ROWS * widest + LANE_MARGIN;

@@ -13,6 +13,7 @@
 typedef struct Stepper {
     const char *name, *about;
     bool implicit; /* needs matrices */
+    bool limits;   /* holds springs to their limit after each step; others refuse such cloth */
     bool history;  /* commits what cloth remembers, step by step; others refuse such cloth */
     /* Allocates what advance needs; *data is passed on. */
     bool (*create)(const System *system, void **data, Error *error);
