@@ -144,6 +144,25 @@ bool tester_run(TesterKind kind, const Fabric *fabric, const char *model, int co
     return true;
 }
 
+double tester_curve_error(TesterKind kind, const Fabric *fabric, const TesterLoop *l) {
+    FabricCurveKind which = kind == TESTER_BENDING ? FABRIC_CURVE_WARP : FABRIC_CURVE_SHEAR;
+    const FabricCurve *curve = &fabric->curves[which];
+    double worst = NAN;
+    for (int k = 0, i = 0; k < curve->count; k++) {
+        double at = curve->at[k];
+        while (i < l->count && l->at[i] < at) {
+            i++;
+        }
+        if (i == l->count) {
+            break;
+        }
+        double before = i > 0 ? l->at[i - 1] : 0.0, low = i > 0 ? l->force[i - 1] : 0.0;
+        double force = low + (l->force[i] - low) * (at - before) / (l->at[i] - before);
+        worst = fmax(worst, fabs(force / curve->value[k] - 1.0));
+    }
+    return worst;
+}
+
 static void print_numbers(TesterKind kind, const Fabric *f, const char *model, bool json,
                           const TesterLoop *l, FILE *out) {
     bool bending = kind == TESTER_BENDING;
@@ -174,6 +193,10 @@ static void print_numbers(TesterKind kind, const Fabric *f, const char *model, b
     if (!bending) {
         fprintf(stderr, "test: 2HG5 %.4g N/m (fabric: %.4g)\n", l->width5,
                 f->shear_hysteresis5.value);
+    }
+    double off = tester_curve_error(kind, f, l);
+    if (!isnan(off)) {
+        fprintf(stderr, "test: first loading within %.2g %% of the fabric's curve\n", 100.0 * off);
     }
     fprintf(stderr, "test: without force stays %.4g %s\n", l->residual, bending ? "1/m" : "rad");
 }

@@ -28,6 +28,10 @@ typedef struct TesterLoop {
 bool tester_run(TesterKind kind, const Fabric *fabric, const char *model, int count, Arena *arena,
                 TesterLoop *loop, Error *error);
 
+/* Largest distance of the first loading from the measured curve of the fabric, at its points within
+ * the loop, over the curve; NAN: it has none. */
+double tester_curve_error(TesterKind kind, const Fabric *fabric, const TesterLoop *loop);
+
 /* The loop as CSV on out, its numbers beside those of the fabric on stderr; `json`: the numbers alone
  * on out. test: "bending" or "shear". */
 bool tester_print(const char *test, const char *fabric, const char *model, bool json, FILE *out,

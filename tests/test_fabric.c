@@ -106,16 +106,20 @@ static void test_origins(void **state) {
     }
 }
 
-static Fabric parse(const char *keys) {
-    char text[1024];
+static Fabric parse_text(const char *text) {
     Scene scene;
     Error error = {0};
-    snprintf(text, sizeof text,
-             "toile: 1\ncloth: {a: {shape: {disc: {radius: 10 cm}}, fabric: %s}}\n", keys);
     if (!scene_parse("made.yaml", text, strlen(text), NULL, &arena, &scene, &error)) {
         fail_msg("%s", error.text);
     }
     return scene.cloths[0].fabric;
+}
+
+static Fabric parse(const char *keys) {
+    char text[1024];
+    snprintf(text, sizeof text,
+             "toile: 1\ncloth: {a: {shape: {disc: {radius: 10 cm}}, fabric: %s}}\n", keys);
+    return parse_text(text);
 }
 
 static void test_material(void **state) {
@@ -305,6 +309,34 @@ static void test_print(void **state) {
     assert_null(strstr(json, "inf,"));
 }
 
+/* measured curves, in the units of the tester and as printed */
+static void test_curves(void **state) {
+    (void)state;
+    Fabric f = parse("{weight: 150 g/m2, bending: {warp: 10 uN m, curve_warp: [[0.1 1/cm, 0.02 "
+                     "gf*cm/cm], [1 1/cm, 0.1 gf*cm/cm]]}, shear: {stiffness: 40 N/m, curve: "
+                     "[[1 deg, 0.5 gf/cm], [4 deg, 2 gf/cm], [8 deg, 5 gf/cm]]}}");
+    const FabricCurve *bend = &f.curves[FABRIC_CURVE_WARP], *shear = &f.curves[FABRIC_CURVE_SHEAR];
+    assert_int_equal(bend->count, 2);
+    assert_int_equal(shear->count, 3);
+    assert_int_equal(f.curves[FABRIC_CURVE_WEFT].count, 0);
+    CHECK_NEAR(bend->at[1], 100.0, 1e-12);
+    CHECK_NEAR(bend->value[1], 0.1 * 9.80665e-3, 1e-15);
+    CHECK_NEAR(shear->at[2], 8.0 * PI / 180.0, 1e-15);
+    CHECK_NEAR(shear->value[2], 5.0 * 0.980665, 1e-12);
+    char *text = NULL;
+    size_t size;
+    FILE *out = open_memstream(&text, &size);
+    fputs("toile: 1\ncloth:\n  a:\n    shape: {disc: {radius: 10 cm}}\n    fabric:\n", out);
+    fabric_print_keys(out, 6, &f);
+    fclose(out);
+    assert_non_null(strstr(text, "curve_warp: [["));
+    Fabric again = parse_text(text);
+    free(text);
+    assert_memory_equal(again.curves[FABRIC_CURVE_WARP].value, bend->value, 2 * sizeof(double));
+    assert_memory_equal(again.curves[FABRIC_CURVE_SHEAR].at, shear->at, 3 * sizeof(double));
+    assert_memory_equal(again.curves[FABRIC_CURVE_SHEAR].value, shear->value, 3 * sizeof(double));
+}
+
 /* assets elsewhere, or not there at all */
 static void test_asset_folder(void **state) {
     (void)state;
@@ -327,7 +359,7 @@ int main(void) {
         TEST(test_material),       TEST(test_isotropic),        TEST(test_twist),
         TEST(test_from_weight),    TEST(test_bending_length),   TEST(test_like),
         TEST(test_plausibility),   TEST(test_measured_numbers), TEST(test_print),
-        TEST(test_asset_folder),
+        TEST(test_asset_folder),   TEST(test_curves),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

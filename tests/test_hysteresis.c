@@ -42,7 +42,7 @@ static void test_elements(void **unused) {
     CHECK_NEAR(forces[1], forces[0], 1e-12 * step);
     CHECK_NEAR(forces[0], step, 1e-12 * step);
     /* the virgin curve is the first branch of the yarn curve */
-    YarnCurve curve = {0.0, step, onset};
+    YarnCurve curve = {.step = step, .onset = onset};
     double slips[FRICTION_ELEMENTS] = {0}, worst = 0.0;
     for (double q = 0.0; q < 60.0; q += 0.5) {
         double force = yarn_friction_force(law, slips, q, NULL, NULL);
@@ -100,6 +100,49 @@ static void test_testers(void **unused) {
             check_loops((*model)->name, fabrics[k], 320);
         }
         check_loops((*model)->name, fabrics[0], 160); /* steps twice as long: the same loop */
+    }
+}
+
+/* The tester loads a fabric with measured curves along them, with its hysteresis beside. The curves:
+ * friction that sets in faster than the usual polynomial, elasticity that stiffens. */
+static void test_curves(void **unused) {
+    (void)unused;
+    enum { POINTS = 7 };
+    static const double bends[POINTS] = {5, 10, 20, 40, 80, 150, 250};
+    static const double shears[POINTS] = {0.25, 0.5, 1, 2, 4, 6, 8};
+    for (int k = 0; fabrics[k]; k++) {
+        Arena arena = {0};
+        Error error = {0};
+        Fabric f;
+        TesterLoop bend, shear;
+        double at[2][POINTS], value[2][POINTS];
+        assert_true(fabric_read(fabrics[k], &arena, &f, &error));
+        double b = f.bend_warp.value, g = f.shear.value, hg = 0.5 * f.shear_hysteresis.value;
+        double hb = f.bend_hysteresis.value * b / (b + f.bend_weft.value);
+        for (int i = 0; i < POINTS; i++) {
+            double K = at[0][i] = bends[i], phi = at[1][i] = shears[i] * PI / 180.0;
+            double onset = f.bend_onset.value;
+            value[0][i] = hb * (1.0 - exp(-2.5 * K / onset)) + b * K * (1.0 + K * K / 1e5);
+            value[1][i] = hg * (1.0 - exp(-phi / 0.003)) + g * phi * (1.0 + 40.0 * phi * phi);
+        }
+        f.curves[FABRIC_CURVE_WARP] = (FabricCurve){POINTS, at[0], value[0]};
+        f.curves[FABRIC_CURVE_SHEAR] = (FabricCurve){POINTS, at[1], value[1]};
+        bool made = tester_run(TESTER_BENDING, &f, "particles", 320, &arena, &bend, &error) &&
+                    tester_run(TESTER_SHEAR, &f, "particles", 320, &arena, &shear, &error);
+        if (!made) {
+            fail_msg("%s: %s", fabrics[k], error.text);
+        }
+        double off[2] = {tester_curve_error(TESTER_BENDING, &f, &bend),
+                         tester_curve_error(TESTER_SHEAR, &f, &shear)};
+        print_message("  %s: bending within %.2g %%, shear within %.2g %%\n", fabrics[k],
+                      100 * off[0], 100 * off[1]);
+        CHECK_AT_MOST(off[0], 0.01);
+        CHECK_AT_MOST(off[1], 0.01);
+        /* 2HB stays what the fabric says */
+        CHECK_AT_MOST(fabs(bend.width / (2.0 * hb) - 1.0), 0.01);
+        f.curves[FABRIC_CURVE_WARP].count = 0;
+        assert_true(isnan(tester_curve_error(TESTER_BENDING, &f, &bend)));
+        arena_free(&arena);
     }
 }
 
@@ -187,9 +230,9 @@ static void test_bend_left(void **unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_elements),  cmocka_unit_test(test_potential),
-        cmocka_unit_test(test_testers),   cmocka_unit_test(test_memory),
-        cmocka_unit_test(test_bend_left),
+        cmocka_unit_test(test_elements), cmocka_unit_test(test_potential),
+        cmocka_unit_test(test_testers),  cmocka_unit_test(test_curves),
+        cmocka_unit_test(test_memory),   cmocka_unit_test(test_bend_left),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

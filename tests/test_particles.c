@@ -8,8 +8,8 @@
 #include "tests/support/cloths.h"
 #include "tests/support/strips.h"
 
-static const YarnCurve bend = {11e-6, 0.6e-3, 30.0};
-static const YarnCurve shear = {60.0, 0.7, SHEAR_ONSET};
+static const YarnCurve bend = {11e-6, 0.6e-3, 30.0, NULL};
+static const YarnCurve shear = {60.0, 0.7, SHEAR_ONSET, NULL};
 
 /* value, slope and work belong together; beyond the onset the KES line */
 static void test_yarn(void **unused) {
@@ -54,7 +54,7 @@ static void test_trellis(void **unused) {
         before = slope;
     }
     /* without friction: moment / (G phi) at 20, 30, 45 degrees */
-    TrellisCurve smooth = trellis_curve((YarnCurve){60.0, 0.0, SHEAR_ONSET}, 1e9);
+    TrellisCurve smooth = trellis_curve((YarnCurve){60.0, 0.0, SHEAR_ONSET, NULL}, 1e9);
     const double degrees[3] = {20, 30, 45}, ratios[3] = {1.1527, 1.4953, 2.9224};
     for (int k = 0; k < 3; k++) {
         double phi = degrees[k] * PI / 180;
@@ -108,7 +108,7 @@ static void test_bending_tester(void **unused) {
         double mean = 0.5 * (def.fabric.bend_warp.value + def.fabric.bend_weft.value);
         double b = def.fabric.bend_warp.value, found[2], worst = 0.0;
         YarnCurve curve = {b, 0.5 * def.fabric.bend_hysteresis.value * b / mean,
-                           def.fabric.bend_onset.value};
+                           def.fabric.bend_onset.value, NULL};
         const double curvatures[4] = {50, 100, 150, 250};
         for (int c = 0; c < 4; c++) {
             double turn = 0.01 * curvatures[c], step = 1e-4;
@@ -145,8 +145,8 @@ static void test_shear_tester(void **unused) {
     def.model = "particles";
     assert_true(cloth_create(&cloth, &def, NULL, 0, 1, &arena, &error));
     double *x = arena_push(&arena, double, 3 * cloth.node_count), step = 1e-5;
-    YarnCurve curve = {def.fabric.shear.value, 0.5 * def.fabric.shear_hysteresis.value,
-                       SHEAR_ONSET};
+    YarnCurve curve = {def.fabric.shear.value, 0.5 * def.fabric.shear_hysteresis.value, SHEAR_ONSET,
+                       NULL};
     double f[2] = {0, 0};
     for (int degree = -8; degree <= 8; degree++) {
         double phi = degree * PI / 180, energy[2];
@@ -249,11 +249,105 @@ static void test_crumpled(void **unused) {
     check_crumpled(BENDING_SINE);
 }
 
+/* a softening curve that stiffens again, as woven cloth does */
+static const double points[2][5] = {{5, 12, 30, 90, 200}, {0.2e-3, 0.35e-3, 0.55e-3, 1.3e-3, 4e-3}};
+
+static void test_table(void **unused) {
+    (void)unused;
+    YarnTable t, straight;
+    assert_int_equal(yarn_table_create(5, points[0], points[1], &t), -1);
+    double slope, before = 0.0, step = 1e-3, stiffest = 0.0, cosine = 0.0, scale = 200.0;
+    for (int k = 0; k < 5; k++) {
+        CHECK_NEAR(yarn_table_value(&t, points[0][k], &slope), points[1][k], 1e-18);
+    }
+    CHECK_NEAR(yarn_table_value(&t, 0.0, &stiffest), 0.0, 0.0);
+    for (double at = 0.0205; at < 300.0; at += 0.05) { /* it rises; slope, value, work agree */
+        double value = yarn_table_value(&t, at, &slope), unused_slope;
+        double low = yarn_table_value(&t, at - step, &unused_slope);
+        double high = yarn_table_value(&t, at + step, &unused_slope);
+        double work = yarn_table_work(&t, at + step) - yarn_table_work(&t, at - step);
+        assert_true(value > before && slope >= 0.0);
+        CHECK_NEAR((high - low) / (2 * step), slope, 1e-9);
+        CHECK_NEAR(work / (2 * step), value, 1e-9);
+        before = value, stiffest = fmax(stiffest, slope);
+    }
+    CHECK_NEAR(yarn_table_stiffest(&t) / stiffest, 1.0, 1e-5);
+    CHECK_NEAR(yarn_table_value(&t, 300.0, &slope), 4e-3 + 100 * 2.7e-3 / 110, 1e-15);
+    /* work of a moment about crossings, on a table of angles; midpoint rule of 1e5 parts */
+    double angles[5];
+    for (int k = 0; k < 5; k++) {
+        angles[k] = points[0][k] / scale * 0.15;
+    }
+    assert_int_equal(yarn_table_create(5, angles, points[1], &t), -1);
+    for (int i = 0; i < 100000; i++) {
+        double at = 0.14 * (i + 0.5) / 100000;
+        cosine += yarn_table_value(&t, at, &slope) * cos(at) * 0.14 / 100000;
+    }
+    CHECK_NEAR(yarn_table_cosine_work(&t, 0.14) / cosine, 1.0, 1e-8);
+    /* a line stays a line; what does not rise is told by its place */
+    const double line[3] = {1.0, 2.5, 7.0}, flat[3] = {1.0, 1.0, 2.0};
+    assert_int_equal(yarn_table_create(3, line, line, &straight), -1);
+    CHECK_NEAR(yarn_table_value(&straight, 4.2, &slope), 4.2, 1e-14);
+    assert_int_equal(yarn_table_create(3, line, flat, &straight), 1);
+}
+
+/* forces of rows with tables are the derivatives of the energy of units */
+static void test_table_forces(void **unused) {
+    (void)unused;
+    static const double angles[3] = {0.01, 0.05, 0.14}, forces[3] = {0.8, 3.0, 12.0};
+    Arena arena = {0};
+    Error error = {0};
+    Cloth cloth;
+    ClothDef def = cloths_rectangle(0.1, 0.1, 6, 6, cloths_orthotropic());
+    def.model = "particles";
+    def.fabric.curves[FABRIC_CURVE_WARP] = (FabricCurve){5, points[0], points[1]};
+    def.fabric.curves[FABRIC_CURVE_SHEAR] = (FabricCurve){3, angles, forces};
+    assert_true(cloth_create(&cloth, &def, NULL, 0, 1, &arena, &error));
+    double x[108], g[108] = {0}, step = 1e-7, size = 0.0;
+    cloth_start(&cloth, x);
+    cloths_shake(x, 36, 0.2 * cloth.panel.h1, 5);
+    cloth.model->add_gradient(&cloth, x, g);
+    for (int i = 0; i < 108; i++) {
+        size = fmax(size, fabs(g[i]));
+    }
+    for (int i = 0; i < 108; i++) {
+        double at = x[i];
+        x[i] = at + step;
+        double high = cloth.model->energy(&cloth, x);
+        x[i] = at - step;
+        double low = cloth.model->energy(&cloth, x);
+        x[i] = at;
+        CHECK_AT_MOST(fabs((high - low) / (2 * step) - g[i]), 1e-6 * size);
+    }
+    arena_free(&arena);
+}
+
+/* a curve that friction takes more from than it has */
+static void test_table_refused(void **unused) {
+    (void)unused;
+    static const double at[2] = {10, 200}, moment[2] = {1e-5, 2e-3};
+    Arena arena = {0};
+    Error error = {0};
+    Cloth cloth;
+    ClothDef def = cloths_rectangle(0.1, 0.1, 6, 6, cloths_orthotropic());
+    def.model = "particles";
+    def.fabric.bend_hysteresis.value = 1e-3;
+    def.fabric.curves[FABRIC_CURVE_WARP] = (FabricCurve){2, at, moment};
+    assert_true(cloth_create(&cloth, &def, NULL, 0, 1, &arena, &error));
+    def.hysteresis = true;
+    assert_false(cloth_create(&cloth, &def, NULL, 0, 1, &arena, &error));
+    assert_int_equal(error.code, EXIT_BAD_INPUT);
+    assert_non_null(strstr(error.text, "bending along the warp does not rise to its point 1"));
+    arena_free(&arena);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_yarn),           cmocka_unit_test(test_trellis),
         cmocka_unit_test(test_bending_tester), cmocka_unit_test(test_shear_tester),
         cmocka_unit_test(test_cantilever),     cmocka_unit_test(test_crumpled),
+        cmocka_unit_test(test_table),          cmocka_unit_test(test_table_forces),
+        cmocka_unit_test(test_table_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -60,15 +60,10 @@ static const char *note(const Cloth *cloth, Arena *arena) {
     return arena_strdup(arena, text);
 }
 
-/* yarns that stick are the stiffest */
-static double first_slope(const YarnCurve *curve) {
-    return curve->slope + (curve->step > 0.0 ? 2.0 * curve->step / curve->onset : 0.0);
-}
-
 static void create_limits(Cloth *cloth, Particles *s) {
     s->limits = damping_limits(cloth);
-    s->limits.d11 = first_slope(&s->units.bend[0]);
-    s->limits.d22 = first_slope(&s->units.bend[1]);
+    s->limits.d11 = yarn_stiffest(&s->units.bend[0]);
+    s->limits.d22 = yarn_stiffest(&s->units.bend[1]);
     cloth->limits = &s->limits;
 }
 
@@ -87,7 +82,9 @@ static bool create(Cloth *cloth, Arena *arena, Error *error) {
     m->c11 *= 1.0 - poisson, m->c22 *= 1.0 - poisson; /* Young's moduli */
     m->c12 = m->d12 = 0.0;
     create_threads(cloth, s, arena);
-    s->units = thread_units_create(cloth, arena);
+    if (!thread_units_create(cloth, &s->units, arena, error)) {
+        return false;
+    }
     create_twist(cloth, s, arena);
     double stiffness[2] = {s->kinds[0].stiffness, s->kinds[2].stiffness};
     s->rows = thread_rows_create(p, &s->units, stiffness, 4.0 * m->d66, arena);

@@ -31,6 +31,7 @@ typedef struct Thread {
     double slope, step, onset;      /* M = step + slope K beyond */
     double sharpest, sharpest_half; /* sine of the half turn where K goes on linearly; the turn */
     double sharpest_slope;          /* dK/dk there */
+    const YarnTable *table;         /* M(K) in place of the above; NULL */
 } Thread;
 
 struct ThreadRows {
@@ -93,7 +94,8 @@ static Thread thread_of(const ThreadUnits *u, int axis, double stiffness) {
                     .onset = c->onset,
                     .sharpest = sine,
                     .sharpest_half = THREAD_SHARPEST_HALF,
-                    .sharpest_slope = 1.0 / cos(THREAD_SHARPEST_HALF)};
+                    .sharpest_slope = 1.0 / cos(THREAD_SHARPEST_HALF),
+                    .table = c->table};
 }
 
 ThreadRows *thread_rows_create(const Panel *p, const ThreadUnits *u, const double stiffness[2],
@@ -109,7 +111,7 @@ ThreadRows *thread_rows_create(const Panel *p, const ThreadUnits *u, const doubl
                       .cell_area = u->cell_area,
                       .shear_first = shear->slope + 2.0 * shear->step / shear->onset,
                       .shear_bend = shear->step / (shear->onset * shear->onset),
-                      .measured = sin(SHEAR_MEASURED),
+                      .measured = sin(u->trellis.measured),
                       .closed = sin(THREAD_CLOSED),
                       .closed_stiffen = thread_units_shear_stiffness(u, sin(THREAD_CLOSED)),
                       .twist = twist / u->cell_area};
@@ -153,24 +155,26 @@ INLINE static inline double arc_sine(double x) {
 }
 
 /* A M dK/dk / (h k): what kv is to be multiplied with */
-INLINE static inline double bend_share(const Thread *t, bool sine_law, double k) {
+INLINE static inline double bend_share(const Thread *t, bool sine_law, bool tabled, double k) {
     double sine = 0.5 * t->h * k, kept = sine < t->sharpest ? sine : t->sharpest;
     double dK = sine_law ? 1.0 : 1.0 / sqrt(1.0 - kept * kept);
     double K = sine_law ? k : 2.0 / t->h * (arc_sine(kept) + (sine - kept) * dK);
-    double before = (t->first - t->bend * K) * K, beyond = t->step + t->slope * K;
-    return t->area * (K < t->onset ? before : beyond) * dK / (t->h * (k + TINY));
+    double before = (t->first - t->bend * K) * K, beyond = t->step + t->slope * K, slope;
+    double moment = tabled ? yarn_table_value(t->table, K, &slope) : K < t->onset ? before : beyond;
+    return t->area * moment * dK / (t->h * (k + TINY));
 }
 
 /* dW/dS of a cell, S = |sin(phi)|; the curves of yarn.h */
-INLINE static inline double cell_pull(const ThreadRows *r, double sine) {
+INLINE static inline double cell_pull(const ThreadRows *r, bool tabled, double sine) {
     const TrellisCurve *c = &r->trellis;
     double s = sine < r->closed ? sine : r->closed, phi = arc_sine(s);
     double sticks = (r->shear_first - r->shear_bend * phi) * phi;
     double slips = c->force.step + c->force.slope * phi;
-    double measured = phi < c->force.onset ? sticks : slips;
-    double in = phi < c->from ? phi : c->from, d = in - SHEAR_MEASURED;
+    double measured = phi < c->force.onset ? sticks : slips, slope;
+    measured = tabled ? yarn_table_value(c->force.table, phi, &slope) : measured;
+    double in = phi < c->from ? phi : c->from, d = in - c->measured;
     double closing = c->end[0] + c->last[1] * (phi - in) +
-                     c->end[1] * (SHEAR_LOCK - SHEAR_MEASURED) * d / (SHEAR_LOCK - in);
+                     c->end[1] * (SHEAR_LOCK - c->measured) * d / (SHEAR_LOCK - in);
     double beyond = closing / sqrt(1.0 - s * s) + r->closed_stiffen * (sine - s);
     double first =
         sine <= r->measured ? 1.0 : 0.0; /* roots must not stand in branches of vector code */
@@ -215,7 +219,7 @@ QUADS static void find_directions(const ThreadRows *r, const Thread *thread, con
     }
 }
 
-INLINE static inline void moments(const ThreadRows *r, const Thread *t, bool sine_law,
+INLINE static inline void moments(const ThreadRows *r, const Thread *t, bool sine_law, bool tabled,
                                   const Row3 *t1, const Row3 *t2, int shift, const double *width,
                                   const Row3 *m) {
     const Thread own = *t; /* which the loop does not write */
@@ -223,7 +227,7 @@ INLINE static inline void moments(const ThreadRows *r, const Thread *t, bool sin
     ROW_LOOP
     for (int i = 0; i < r->nu + 1; i++) {
         Vec3 kv = vec3_scale(to_kv, vec3_sub(take(t2, i), take(t1, i + shift)));
-        put(m, i, vec3_scale(width[i] * bend_share(&own, sine_law, vec3_length(kv)), kv));
+        put(m, i, vec3_scale(width[i] * bend_share(&own, sine_law, tabled, vec3_length(kv)), kv));
     }
 }
 
@@ -231,11 +235,22 @@ INLINE static inline void moments(const ThreadRows *r, const Thread *t, bool sin
 QUADS static void find_moments(const ThreadRows *r, const Thread *t, const Row3 *t1, const Row3 *t2,
                                int shift, const double *width, const Row3 *m) {
     if (r->sine) {
-        moments(r, t, true, t1, t2, shift, width, m);
+        moments(r, t, true, false, t1, t2, shift, width, m);
     } else {
-        moments(r, t, false, t1, t2, shift, width, m);
+        moments(r, t, false, false, t1, t2, shift, width, m);
     }
 }
+
+QUADS static void find_table_moments(const ThreadRows *r, const Thread *t, const Row3 *t1,
+                                     const Row3 *t2, int shift, const double *width,
+                                     const Row3 *m) {
+    moments(r, t, r->sine, true, t1, t2, shift, width, m);
+}
+
+typedef void Moments(const ThreadRows *r, const Thread *t, const Row3 *t1, const Row3 *t2,
+                     int shift, const double *width, const Row3 *m);
+
+static Moments *moments_of(const Thread *t) { return t->table ? find_table_moments : find_moments; }
 
 /* g += P (m of the start - m of the end) */
 QUADS static void add_moments(const ThreadRows *r, const Row3 *start, const Row3 *end, int shift,
@@ -248,9 +263,8 @@ QUADS static void add_moments(const ThreadRows *r, const Row3 *start, const Row3
     }
 }
 
-/* shear and twist of the cells between rows j and j + 1 */
-QUADS static void find_cells(const ThreadRows *r, const Edges *below, const Edges *above,
-                             const Edges *sides) {
+INLINE static inline void cells(const ThreadRows *r, bool tabled, const Edges *below,
+                                const Edges *above, const Edges *sides) {
     const Row3 *low = &r->low, *high = &r->high;
     double shortest1 = r->thread[0].shortest, shortest2 = r->thread[1].shortest;
     double half_area = 0.5 * r->cell_area, twist = r->twist;
@@ -265,7 +279,7 @@ QUADS static void find_cells(const ThreadRows *r, const Edges *below, const Edge
         f1 = vec3_scale(inverse1, f1), f2 = vec3_scale(inverse2, f2);
         double s = vec3_dot(f1, f2), size = s < 0.0 ? -s : s;
         size = size < 1.0 ? size : 1.0;
-        double pull = half_area * cell_pull(r, size);
+        double pull = half_area * cell_pull(r, tabled, size);
         pull = s < 0.0 ? -pull : pull, s = s < 0.0 ? -size : size;
         Vec3 d1 = vec3_axpy(f2, l1 < shortest1 ? 0.0 : -s, f1);
         Vec3 d2 = vec3_axpy(f1, l2 < shortest2 ? 0.0 : -s, f2);
@@ -274,6 +288,17 @@ QUADS static void find_cells(const ThreadRows *r, const Edges *below, const Edge
         put_sum(&below->g, i, d1), put_sum(&above->g, i, d1);
         put(low, i, vec3_sub(d2, turn)), put(high, i, vec3_add(d2, turn));
     }
+}
+
+/* shear and twist of the cells between rows j and j + 1 */
+QUADS static void find_cells(const ThreadRows *r, const Edges *below, const Edges *above,
+                             const Edges *sides) {
+    cells(r, false, below, above, sides);
+}
+
+QUADS static void find_table_cells(const ThreadRows *r, const Edges *below, const Edges *above,
+                                   const Edges *sides) {
+    cells(r, true, below, above, sides);
 }
 
 /* g += row[i + shift] */
@@ -350,7 +375,7 @@ static void find_band(const ThreadRows *r, bool damped, int j) {
     if (damped) {
         find_directions(r, &r->thread[1], &r->bent[j % 2], &r->bent[(j + 1) % 2], 0, sides);
     }
-    find_cells(r, below, above, sides);
+    (r->trellis.force.table ? find_table_cells : find_cells)(r, below, above, sides);
     int cells = r->wrap ? r->nu : r->nu - 1;
     close_row(r, &r->low, cells), close_row(r, &r->high, cells);
     add_row(r, &r->low, 0, &sides->g);
@@ -362,7 +387,7 @@ static void bend_warp(const ThreadRows *r, int j) {
     const Edges *edges = &r->warp[j % 2];
     const Row3 *m = &r->m1;
     close_row(r, &edges->t, r->wrap ? r->nu : r->nu - 1);
-    find_moments(r, &r->thread[0], &edges->t, &edges->t, -1, row_width(r, j), m);
+    moments_of (&r->thread[0])(r, &r->thread[0], &edges->t, &edges->t, -1, row_width(r, j), m);
     for (int c = 0; c < 3 && !r->wrap; c++) {
         m->c[c][0] = m->c[c][r->nu - 1] = 0.0;
     }
@@ -376,7 +401,7 @@ static void bend_weft(const ThreadRows *r, int j) {
     const Edges *before = &r->weft[(j + 1) % 2], *now = &r->weft[j % 2];
     const Row3 *m = &r->m2[j % 2];
     if (j > 0 && j + 1 < r->nv) {
-        find_moments(r, &r->thread[1], &before->t, &now->t, 0, r->width[2], m);
+        moments_of (&r->thread[1])(r, &r->thread[1], &before->t, &now->t, 0, r->width[2], m);
     } else {
         clear(r, m);
     }

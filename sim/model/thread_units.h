@@ -37,7 +37,9 @@ typedef struct ThreadUnits {
     BlockPlace (*cell_places)[10];
 } ThreadUnits;
 
-ThreadUnits thread_units_create(const Cloth *cloth, Arena *arena);
+/* Errors: EXIT_BAD_INPUT when a measured curve of the fabric does not rise any more without the
+ * friction that `hysteresis: true` has beside it, or its shear moment falls. */
+bool thread_units_create(const Cloth *cloth, ThreadUnits *units, Arena *arena, Error *error);
 double thread_units_energy(const ThreadUnits *units, const double *x);
 /* dE/dx of the walls alone; thread_rows.h has the others */
 void thread_units_add_wall_gradient(const ThreadUnits *units, const double *x, double *gradient);

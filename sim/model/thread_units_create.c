@@ -4,6 +4,7 @@
 
 #include "sim/model/spring_net.h"
 #include "sim/model/thread_units.h"
+#include "sim/model/yarn_friction.h"
 
 #define STIFFEST_SHEAR 4.0 /* of the moduli: tangent of a closed trellis */
 
@@ -52,36 +53,78 @@ static void add_cells(const Panel *p, ThreadUnits *u) {
     }
 }
 
+/* ---- curves ---- */
+
+static const char *const curve_names[] = {"bending along the warp", "bending along the weft",
+                                          "shear"};
+
+/* The table of a measured curve; with hysteresis without the friction of yarns, whose first loading
+ * is in the measurement and in the elements beside it. */
+static bool create_table(const Cloth *cloth, FabricCurveKind kind, YarnCurve *curve, Arena *arena,
+                         Error *error) {
+    const FabricCurve *measured = &cloth->def->fabric.curves[kind];
+    YarnTable *table = arena_push(arena, YarnTable, 1);
+    double value[FABRIC_CURVE_MOST];
+    for (int k = 0; k < measured->count; k++) {
+        double at = measured->at[k];
+        const double unslipped[FRICTION_ELEMENTS] = {0.0};
+        FrictionLaw law = yarn_friction_law(&cloth->def->fabric, kind, at);
+        double friction = yarn_friction_force(law, unslipped, at, NULL, NULL);
+        friction /= kind == FABRIC_CURVE_SHEAR ? cos(at) : 1.0;
+        value[k] = measured->value[k] - (cloth->def->hysteresis ? friction : 0.0);
+    }
+    int bad = yarn_table_create(measured->count, measured->at, value, table);
+    if (bad >= 0) {
+        return error_set(error, EXIT_BAD_INPUT,
+                         "cloth '%s': the curve of %s does not rise to its point %d without the "
+                         "hysteresis of the fabric; is that, or its onset, of another cloth?",
+                         cloth->def->name, curve_names[kind], bad + 1);
+    }
+    *curve = (YarnCurve){curve->slope, 0.0, 1.0, table};
+    return true;
+}
+
 /* 2HB of the fabric is the mean of warp and weft: each has its share by its rigidity */
-static void create_curves(const Cloth *cloth, ThreadUnits *u) {
+static bool create_curves(const Cloth *cloth, ThreadUnits *u, Arena *arena, Error *error) {
     const Fabric *f = &cloth->def->fabric;
     const Material *m = &cloth->material;
     double mean = 0.5 * (m->d11 + m->d22), rigidity[2] = {m->d11, m->d22};
+    /* with hysteresis the friction of yarns is not in the curve */
+    double half = cloth->def->hysteresis ? 0.0 : 0.5;
+    YarnCurve curves[FABRIC_CURVES];
     for (int axis = 0; axis < 2; axis++) {
-        /* with hysteresis the friction of yarns is not in the curve */
-        double share = cloth->def->hysteresis ? 0.0 : 0.5 * rigidity[axis] / mean;
-        double step = share * f->bend_hysteresis.value;
-        u->bend[axis] = (YarnCurve){rigidity[axis], step, f->bend_onset.value};
+        double step = half * rigidity[axis] / mean * f->bend_hysteresis.value;
+        curves[axis] = (YarnCurve){rigidity[axis], step, f->bend_onset.value, NULL};
     }
-    double shear_step = cloth->def->hysteresis ? 0.0 : 0.5 * f->shear_hysteresis.value;
-    YarnCurve shear = {m->c66, shear_step, SHEAR_ONSET};
-    u->trellis = trellis_curve(shear, STIFFEST_SHEAR * fmax(m->c11, m->c22));
+    curves[FABRIC_CURVE_SHEAR] =
+        (YarnCurve){m->c66, half * f->shear_hysteresis.value, SHEAR_ONSET, NULL};
+    for (int k = 0; k < FABRIC_CURVES; k++) {
+        if (f->curves[k].count > 0 && !create_table(cloth, k, &curves[k], arena, error)) {
+            return false;
+        }
+    }
+    u->bend[0] = curves[FABRIC_CURVE_WARP], u->bend[1] = curves[FABRIC_CURVE_WEFT];
+    u->trellis = trellis_curve(curves[FABRIC_CURVE_SHEAR], STIFFEST_SHEAR * fmax(m->c11, m->c22));
+    return u->trellis.end[1] > 0.0 ||
+           error_set(error, EXIT_BAD_INPUT,
+                     "cloth '%s': the curve of shear is too flat at its end: its moment "
+                     "F cos(angle) falls there",
+                     cloth->def->name);
 }
 
-ThreadUnits thread_units_create(const Cloth *cloth, Arena *arena) {
+bool thread_units_create(const Cloth *cloth, ThreadUnits *u, Arena *arena, Error *error) {
     const Panel *p = &cloth->panel;
-    ThreadUnits u = {.node_limit = cloth->node_count,
-                     .sine = cloth->bending == BENDING_SINE,
-                     .cell_area = p->h1 * p->h2,
-                     .spacing = {p->h1, p->h2}};
-    u.bends = arena_push(arena, BendUnit, 2 * p->node_count + cloth->ghost_count);
-    u.cells = (int(*)[4])arena_alloc(arena, sizeof(int[4]) * (size_t)p->node_count);
+    *u = (ThreadUnits){.node_limit = cloth->node_count,
+                       .sine = cloth->bending == BENDING_SINE,
+                       .cell_area = p->h1 * p->h2,
+                       .spacing = {p->h1, p->h2}};
+    u->bends = arena_push(arena, BendUnit, 2 * p->node_count + cloth->ghost_count);
+    u->cells = (int(*)[4])arena_alloc(arena, sizeof(int[4]) * (size_t)p->node_count);
     for (int axis = 0; axis < 2; axis++) {
-        add_bends(cloth, &u, axis);
+        add_bends(cloth, u, axis);
     }
-    u.wall_begin = u.bend_count;
-    add_walls(cloth, &u);
-    add_cells(p, &u);
-    create_curves(cloth, &u);
-    return u;
+    u->wall_begin = u->bend_count;
+    add_walls(cloth, u);
+    add_cells(p, u);
+    return create_curves(cloth, u, arena, error);
 }

@@ -6,28 +6,34 @@
  *          threads' length); its moment about the crossings is tau = F cos(phi).
  * Beyond SHEAR_MEASURED the trellis closes up: tau' = g_e D^2/(lock - phi)^2, twice differentiable,
  * stiffer and stiffer, until tau' is `stiffest`, from where it stays (an explicit step must not meet
- * a singular force). Both curves are odd; K, phi >= 0 here. */
+ * a singular force). Both curves are odd; K, phi >= 0 here. A measured table stands for either; the
+ * trellis then closes up beyond its last angle. */
 #ifndef TOILE_MODEL_YARN_H
 #define TOILE_MODEL_YARN_H
+
+#include "sim/model/yarn_table.h"
 
 #define SHEAR_MEASURED 0.13962634 /* [rad] 8 degrees: as far as the KES shear tester goes */
 #define SHEAR_LOCK 1.05           /* [rad] where the yarns would fill all space */
 #define SHEAR_ONSET 0.0087266463  /* [rad] half a degree, estimated */
 
 typedef struct YarnCurve {
-    double slope; /* B [N m] or G [N/m] */
-    double step;  /* HB' [N] or HG' [N/m] */
-    double onset; /* K1 [1/m] or phi1 [rad] */
+    double slope;           /* B [N m] or G [N/m] */
+    double step;            /* HB' [N] or HG' [N/m] */
+    double onset;           /* K1 [1/m] or phi1 [rad] */
+    const YarnTable *table; /* in place of these; NULL */
 } YarnCurve;
 
 double yarn_value(const YarnCurve *curve, double at, double *slope); /* *slope unless NULL */
 double yarn_work(const YarnCurve *curve, double at);                 /* integral from 0 */
+double yarn_stiffest(const YarnCurve *curve);                        /* largest slope */
 
 typedef struct TrellisCurve {
     YarnCurve force;
-    double end[3];  /* tau, tau', work at SHEAR_MEASURED */
-    double from;    /* [rad] from here on the moment is linear */
-    double last[3]; /* tau, tau', work there */
+    double measured; /* [rad] as far as `force` goes: SHEAR_MEASURED, or the end of the table */
+    double end[3];   /* tau, tau', work there */
+    double from;     /* [rad] from here on the moment is linear */
+    double last[3];  /* tau, tau', work there */
 } TrellisCurve;
 
 TrellisCurve trellis_curve(YarnCurve force, double stiffest);

@@ -149,10 +149,14 @@ static double *cell_slips(const Cloth *cloth, int i) {
 #define NARROW 0.0087266463 /* [rad] 0.5 degrees, of 2HG */
 #define WIDE 0.087266463    /* [rad] 5 degrees, of 2HG5 */
 
+static double widening(double widest, double angle) {
+    double share = (fabs(angle) - NARROW) / (WIDE - NARROW);
+    return 1.0 + (widest - 1.0) * fmax(0.0, fmin(share, 1.0));
+}
+
 static FrictionLaw cell_law(const YarnFriction *f, const double *slips) {
-    double angle = fabs(slips[N]), share = (angle - NARROW) / (WIDE - NARROW);
     FrictionLaw law = f->law[2];
-    law.wide = 1.0 + (f->widest - 1.0) * fmax(0.0, fmin(share, 1.0));
+    law.wide = widening(f->widest, slips[N]);
     return law;
 }
 
@@ -391,18 +395,29 @@ static void add_cells(const Panel *p, YarnFriction *f) {
     }
 }
 
+/* 2HG5/2HG; the machine measures moment / cos(angle) */
+static double widest_of(const Fabric *fabric) {
+    double narrow = fabric->shear_hysteresis.value, wide = fabric->shear_hysteresis5.value;
+    return narrow > 0.0 ? wide * cos(WIDE) / (narrow * cos(NARROW)) : 1.0;
+}
+
 /* 2HB of the fabric is the mean of warp and weft: each has its share by its rigidity */
+FrictionLaw yarn_friction_law(const Fabric *fabric, FabricCurveKind kind, double angle) {
+    if (kind == FABRIC_CURVE_SHEAR) {
+        double wide = widening(widest_of(fabric), angle);
+        return (FrictionLaw){0.5 * fabric->shear_hysteresis.value, SHEAR_ONSET, wide};
+    }
+    double b[2] = {fabric->bend_warp.value, fabric->bend_weft.value};
+    double step = fabric->bend_hysteresis.value * b[kind] / (b[0] + b[1]);
+    return (FrictionLaw){step, fabric->bend_onset.value, 1.0};
+}
+
 static void set_limits(const Cloth *cloth, YarnFriction *f) {
     const Fabric *fabric = &cloth->def->fabric;
-    double b[2] = {fabric->bend_warp.value, fabric->bend_weft.value};
-    for (int axis = 0; axis < 2; axis++) {
-        double step = fabric->bend_hysteresis.value * b[axis] / (b[0] + b[1]);
-        f->law[axis] = (FrictionLaw){step, fabric->bend_onset.value, 1.0};
+    for (int kind = 0; kind < FABRIC_CURVES; kind++) {
+        f->law[kind] = yarn_friction_law(fabric, kind, 0.0);
     }
-    double narrow = fabric->shear_hysteresis.value, wide = fabric->shear_hysteresis5.value;
-    f->law[2] = (FrictionLaw){0.5 * narrow, SHEAR_ONSET, 1.0};
-    /* the machine measures moment / cos(angle) */
-    f->widest = narrow > 0.0 ? wide * cos(WIDE) / (narrow * cos(NARROW)) : 1.0;
+    f->widest = widest_of(fabric);
 }
 
 bool yarn_friction_attach(Cloth *cloth, Arena *arena, Error *error) {

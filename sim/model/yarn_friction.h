@@ -29,6 +29,9 @@ typedef struct FrictionLaw {
     double wide;        /* factor on all limits; 1 */
 } FrictionLaw;
 
+/* Of bending along warp or weft, or of shear at this angle [rad]. */
+FrictionLaw yarn_friction_law(const Fabric *fabric, FabricCurveKind kind, double angle);
+
 /* [N] or [N/m] of the elements of one unit at q; potential and tangent unless NULL. slips: (N). */
 double yarn_friction_force(FrictionLaw law, const double *slips, double q, double *potential,
                            double *tangent);

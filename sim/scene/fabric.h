@@ -39,6 +39,20 @@ typedef struct FabricDrape {
     FabricFlag geometry;   /* of the diameters: only FABRIC_MEASURED may be a hard gate */
 } FabricDrape;
 
+/* Measured curves of first loading; counts 0: not given, the numbers above say it. */
+typedef enum FabricCurveKind {
+    FABRIC_CURVE_WARP, /* moment per width [N] over curvature [1/m] */
+    FABRIC_CURVE_WEFT,
+    FABRIC_CURVE_SHEAR, /* force per width [N/m] over angle [rad] */
+    FABRIC_CURVES
+} FabricCurveKind;
+#define FABRIC_CURVE_MOST 32
+
+typedef struct FabricCurve {
+    int count;                /* of points, without the origin */
+    const double *at, *value; /* (count) positive, rising */
+} FabricCurve;
+
 typedef struct Fabric {
     const char *name, *about, *licence;      /* NULL when not given */
     const char *source, *doi, *read;         /* `read`: how the source was read, "second hand" */
@@ -55,6 +69,7 @@ typedef struct Fabric {
     FabricNumber shear;                      /* [N/m] G per radian of shear angle */
     FabricNumber shear_hysteresis;           /* [N/m] 2HG at 0.5 degrees */
     FabricNumber shear_hysteresis5;          /* [N/m] 2HG5 at 5 degrees */
+    FabricCurve curves[FABRIC_CURVES];       /* for model particles */
     FabricNumber friction;                   /* cloth against a smooth solid */
     double threads_per_cm;                   /* [1/cm] for the picture only; 20 */
     bool isotropic;                          /* a test material: no warp, weft, hysteresis */

@@ -147,6 +147,21 @@ static void print_drapes(FILE *out, const Fabric *fabric) {
     }
 }
 
+static void print_curves(FILE *out, const Fabric *fabric) {
+    static const char *const names[FABRIC_CURVES] = {"curve warp [1/m, N]", "curve weft [1/m, N]",
+                                                     "shear [rad, N/m]"};
+    for (int k = 0; k < FABRIC_CURVES; k++) {
+        const FabricCurve *curve = &fabric->curves[k];
+        if (curve->count > 0) {
+            fprintf(out, "  %-19s ", names[k]);
+        }
+        for (int i = 0; i < curve->count; i++) {
+            fprintf(out, "%s%.4g, %.4g", i ? "; " : "", curve->at[i], curve->value[i]);
+        }
+        fputs(curve->count > 0 ? "\n" : "", out);
+    }
+}
+
 static void print_fabric(FILE *out, const Fabric *fabric) {
     fprintf(out, "%s%s%s\n", fabric->name, fabric->about ? ": " : "",
             fabric->about ? fabric->about : "");
@@ -160,6 +175,7 @@ static void print_fabric(FILE *out, const Fabric *fabric) {
     }
     fputc('\n', out);
     print_material(out, fabric);
+    print_curves(out, fabric);
     print_drapes(out, fabric);
     for (int i = 0; i < fabric->warning_count; i++) {
         fprintf(out, "%s\n", fabric->warnings[i]);

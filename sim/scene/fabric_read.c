@@ -92,6 +92,73 @@ static void print_measured(FILE *out, int indent, const Field *field, const void
     fputs("}\n", out);
 }
 
+/* ---- curves: lists of [at, value] ---- */
+
+static bool is_shear(const Field *field) { return strcmp(field->unit, "angle") == 0; }
+static const char *value_unit(const Field *field) { return is_shear(field) ? "N/m" : "N"; }
+
+#define CURVE_MOST_VALUE 1e6 /* [N], [N/m] */
+#define CURVE_LEAST 1e-12
+
+/* one point; both numbers rise from those before */
+static bool read_point(Reader *reader, const Field *field, const Yaml *row, double *point,
+                       const double *before) {
+    if (row->kind != YAML_LIST || row->count != 2) {
+        return schema_error(reader, row, "a point of '%s' is a pair [%s], found %s", field->key,
+                            is_shear(field) ? "angle, force" : "curvature, moment",
+                            yaml_describe(row, reader->report));
+    }
+    const Yaml *parts[2] = {row->first, row->first->next};
+    const char *units[2] = {field->unit, value_unit(field)};
+    for (int k = 0; k < 2; k++) {
+        if (!schema_read_number(reader, field->key, units[k], CURVE_LEAST,
+                                k ? CURVE_MOST_VALUE : field->max, parts[k], &point[k])) {
+            return false;
+        }
+        if (before && point[k] <= before[k]) {
+            return schema_error(reader, parts[k], "'%s' must rise from point to point", field->key);
+        }
+    }
+    return true;
+}
+
+static bool read_curve(Reader *reader, const Field *field, const Yaml *list, void *member) {
+    if (list->kind != YAML_LIST || list->count < 2 || list->count > FABRIC_CURVE_MOST) {
+        return schema_error(reader, list, "'%s' wants a list of 2 to %d pairs, found %s",
+                            field->key, FABRIC_CURVE_MOST, yaml_describe(list, reader->report));
+    }
+    double *at = arena_push(reader->arena, double, list->count);
+    double *value = arena_push(reader->arena, double, list->count);
+    double points[2][2];
+    const Yaml *row = list->first;
+    for (int k = 0; k < list->count; k++, row = row->next) {
+        if (!read_point(reader, field, row, points[k % 2], k > 0 ? points[1 - k % 2] : NULL)) {
+            return false;
+        }
+        at[k] = points[k % 2][0], value[k] = points[k % 2][1];
+    }
+    *(FabricCurve *)member = (FabricCurve){list->count, at, value};
+    return true;
+}
+
+static void print_curve(FILE *out, int indent, const Field *field, const void *member) {
+    const FabricCurve *curve = member;
+    for (int k = 0; k < curve->count; k++) {
+        if (k == 0) {
+            schema_print_key(out, indent, field->key);
+        }
+        fputs(k ? ", [" : "[[", out);
+        schema_print_quantity(out, curve->at[k], field->unit);
+        fputs(", ", out);
+        schema_print_quantity(out, curve->value[k], value_unit(field));
+        fputs(k + 1 < curve->count ? "]" : "]]\n", out);
+    }
+}
+
+#define CURVE(name, kind, si, most)                                                                \
+    .key = name, .type = FIELD_CUSTOM, .offset = offsetof(FabricKeys, fabric.curves[kind]),        \
+    .unit = si, .max = most, .read = read_curve, .print = print_curve
+
 #define MEASURED(name, member, si, least, most)                                                    \
     .key = name, .type = FIELD_CUSTOM, .offset = offsetof(FabricKeys, member), .unit = si,         \
     .min = least, .max = most, .read = read_measured, .print = print_measured
@@ -109,6 +176,9 @@ static const Field bending_fields[] = {
      .help = "full width 2HB of the loop at 1/cm"},
     {MEASURED("onset", fabric.bend_onset, "1/m", 1e-3, 1e5),
      .help = "curvature at which yarns slip"},
+    {CURVE("curve_warp", FABRIC_CURVE_WARP, "1/m", 1e5),
+     .help = "measured [curvature, moment] pairs of first loading, for particles"},
+    {CURVE("curve_weft", FABRIC_CURVE_WEFT, "1/m", 1e5), .help = "the same along the weft"},
     {0}};
 static const Schema bending_schema = {
     .name = "bending", .fields = bending_fields, .shorthand = 2, .help = "bending rigidity"};
@@ -130,6 +200,8 @@ static const Field shear_fields[] = {
      .help = "full width 2HG of the loop at 0.5 degrees"},
     {MEASURED("hysteresis_5", fabric.shear_hysteresis5, "N/m", 0.0, 1e6),
      .help = "full width 2HG5 of the loop at 5 degrees; as at 0.5 when left out"},
+    {CURVE("curve", FABRIC_CURVE_SHEAR, "angle", 0.5),
+     .help = "measured [angle, force] pairs of first loading, for particles"},
     {0}};
 static const Schema shear_schema = {
     .name = "shear", .fields = shear_fields, .shorthand = 1, .help = "in-plane shear"};
@@ -250,6 +322,9 @@ FabricKeys fabric_keys_default(void) {
 
 static bool has_value(const Field *field, const char *object) {
     const void *member = object + field->offset;
+    if (field->print == print_curve) {
+        return ((const FabricCurve *)member)->count > 0;
+    }
     return field->type == FIELD_TEXT ? *(const char *const *)member != NULL
                                      : !isnan(((const FabricNumber *)member)->value);
 }
