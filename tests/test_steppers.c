@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "sim/step/stepper.h"
+#include "sim/step/stochastic.h"
 #include "tests/support/check.h"
 #include "tests/support/cloths.h"
 #include "tests/support/play.h"
@@ -27,6 +28,7 @@ static const Expected expected[] = {
     {"rk45", 5, false},
     {"one_solve", 1, false},
     {"relaxation", 0, false},
+    {"stochastic", 0, false},
 };
 
 static const Expected *expected_of(const Stepper *stepper) {
@@ -285,6 +287,68 @@ static void test_relaxation_falls(void **unused) {
     CHECK_NEAR(energies[1], energies[0], 1e-3 * fabs(energies[0]));
 }
 
+/* a sheet held by two edges, from flat */
+static void make_hammock(Run *r, const char *model) {
+    memset(r, 0, sizeof *r);
+    r->bench.cloth = cloths_rectangle(0.3, 0.3, 8, 8, cloths_fabric(0.2, 100.0, 0.3, 1e-4, 0.3));
+    r->bench.cloth.model = model;
+    r->bench.scene = cloths_scene(&r->bench.cloth);
+    r->bench.scene.solver.self_contact = false;
+    r->bench.handles[0] = r->bench.handles[1] = handle_default();
+    r->bench.handles[0].region = REGION_LEFT;
+    r->bench.handles[1].region = REGION_RIGHT;
+    bench_build(&r->bench, 2);
+}
+
+/* random moves of nodes come down to the energy of relaxation, by the same moves each time */
+static void test_stochastic(void **unused) {
+    (void)unused;
+    for (int k = 0; cloth_models[k]; k++) {
+        double before, energies[3];
+        for (int way = 0; way < 3; way++) {
+            Run r;
+            make_hammock(&r, cloth_models[k]->name);
+            start(&r, stepper_find(way ? "stochastic" : "relaxation"), 0.0);
+            before = energy_of(&r);
+            run_to(&r, 1.0 / 30);
+            energies[way] = energy_of(&r);
+            print_message("  %s, %s: %.9f J, %.0f steps\n", cloth_models[k]->name, r.stepper->name,
+                          energies[way], r.statistics.steps);
+            end(&r);
+        }
+        CHECK_AT_MOST(energies[1] - energies[0], 0.01 * (before - energies[0]));
+        assert_true(energies[1] == energies[2]);
+    }
+}
+
+/* no sweep raises the energy by more than its threshold, and the widest of them do raise it */
+static void test_sweeps(void **unused) {
+    (void)unused;
+    for (int k = 0; cloth_models[k]; k++) {
+        Run r;
+        make_hammock(&r, cloth_models[k]->name);
+        start(&r, stepper_find("stochastic"), 0.0);
+        const System *system = &r.bench.system;
+        Stochastic *s = stochastic_create(system);
+        memcpy(s->held, r.held, (size_t)system->place_count);
+        stochastic_begin(s, 0.01, 7);
+        double scale = system->weight * system->size, energy = stochastic_energy(s, r.state.x);
+        int rises = 0;
+        for (int sweep = 0; sweep < 600; sweep++) {
+            double threshold = sweep < 400 ? 1e-3 * scale * pow(0.98, sweep) : 0.0;
+            double told = stochastic_sweep(s, threshold, energy, r.state.x);
+            double now = energy_of(&r); /* without velocities, by other functions */
+            CHECK_NEAR(now, told, 1e-12 * scale);
+            CHECK_AT_MOST(now - energy, threshold + 1e-12 * scale);
+            rises += now > energy;
+            energy = now;
+        }
+        print_message("  %s: %d of 600 sweeps rose\n", cloth_models[k]->name, rises);
+        assert_true(rises > 0);
+        end(&r);
+    }
+}
+
 /* what cannot do contact says so instead of ignoring it */
 static void test_refusals(void **unused) {
     (void)unused;
@@ -348,6 +412,7 @@ int main(void) {
         cmocka_unit_test(test_energy),     cmocka_unit_test(test_limit),
         cmocka_unit_test(test_relaxation), cmocka_unit_test(test_relaxation_falls),
         cmocka_unit_test(test_refusals),   cmocka_unit_test(test_auto),
+        cmocka_unit_test(test_stochastic), cmocka_unit_test(test_sweeps),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -101,7 +101,7 @@ static const char *value_unit(const Field *field) { return is_shear(field) ? "N/
 #define CURVE_LEAST 1e-12
 
 /* one point; both numbers rise from those before */
-static bool read_point(Reader *reader, const Field *field, const Yaml *row, double *point,
+static bool read_point(Reader *reader, const Field *field, const Yaml *row, double point[2],
                        const double *before) {
     if (row->kind != YAML_LIST || row->count != 2) {
         return schema_error(reader, row, "a point of '%s' is a pair [%s], found %s", field->key,
@@ -129,7 +129,7 @@ static bool read_curve(Reader *reader, const Field *field, const Yaml *list, voi
     }
     double *at = arena_push(reader->arena, double, list->count);
     double *value = arena_push(reader->arena, double, list->count);
-    double points[2][2];
+    double points[2][2] = {{0.0}};
     const Yaml *row = list->first;
     for (int k = 0; k < list->count; k++, row = row->next) {
         if (!read_point(reader, field, row, points[k % 2], k > 0 ? points[1 - k % 2] : NULL)) {

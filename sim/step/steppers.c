@@ -17,7 +17,8 @@ volatile int step_interrupted = 0;
     STEPPER(rk4)                                                                                   \
     STEPPER(rk45)                                                                                  \
     STEPPER(one_solve)                                                                             \
-    STEPPER(relaxation)
+    STEPPER(relaxation)                                                                            \
+    STEPPER(stochastic)
 
 #define DECLARE(name) extern const Stepper stepper_##name;
 #define LIST(name) &stepper_##name,

@@ -188,7 +188,8 @@ static Trial find_cheapest(const Case *c, double (*reference)[ROOM]) {
     for (const Stepper *const *stepper = steppers; *stepper; stepper++) {
         const char *name = (*stepper)->name;
         bool in_time = (*stepper)->implicit && strcmp(name, "static") != 0;
-        bool follows = strcmp(name, "static") != 0 && strcmp(name, "relaxation") != 0;
+        bool follows = strcmp(name, "static") != 0 && strcmp(name, "relaxation") != 0 &&
+                       strcmp(name, "stochastic") != 0;
         if (!follows && !c->rests) {
             continue; /* equilibria are no motion */
         }
