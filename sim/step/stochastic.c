@@ -15,7 +15,7 @@
 #define COOLING 0.98         /* a sweep */
 #define ROUND 200            /* sweeps between two looks */
 #define SETTLED 1e-7 /* of weight x size: a round that lowers the energy by less is the last */
-#define MOST_SWEEPS 100000
+#define MOST_SWEEPS 20000
 
 /* ---- nodes that may move together ---- */
 
@@ -194,7 +194,8 @@ static bool advance(const System *system, void *data, State *state, double time_
     stochastic_begin(s, first_amplitude(system), seed_of(time_end));
     double energy = stochastic_energy(s, p->trial.x), round = INFINITY;
     int sweep = 0;
-    for (; sweep < MOST_SWEEPS && !step_interrupted; sweep++, threshold *= COOLING) {
+    for (; sweep < MOST_SWEEPS && isfinite(energy) && !step_interrupted;
+         sweep++, threshold *= COOLING) {
         if (sweep % ROUND == 0 && sweep > 0) {
             if (round - energy < SETTLED * scale && sweep > ROUND) {
                 break;
@@ -205,6 +206,10 @@ static bool advance(const System *system, void *data, State *state, double time_
     }
     if (step_interrupted) {
         return error_set(error, EXIT_INTERRUPTED, "interrupted");
+    }
+    if (!isfinite(energy)) {
+        return error_set(error, EXIT_DIFFERS, "stochastic: the energy at t = %g s is no number",
+                         time_end);
     }
     statistics->steps += sweep;
     statistics->step_length = time_end - state->time;
