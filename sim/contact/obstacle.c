@@ -1,5 +1,6 @@
 /* obstacle.c: contact of cloth with convex solids on the explicit road (explicit.md 3, 4, 10.1). */
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "sim/contact/force.h"
@@ -145,16 +146,24 @@ static bool search(Contact *c, bool by_path, double dt) {
     return true;
 }
 
-/* gives kept bristles to the touches from `first` on; both are few */
+static int compare_keys(const void *a, const void *b) {
+    return memcmp(((const PairMemory *)a)->place, ((const PairMemory *)b)->place,
+                  sizeof ((const PairMemory *)a)->place);
+}
+
+/* gives kept bristles to the touches from `first` on */
 void obstacle_restore(Contact *c, int first) {
-    for (int m = 0; m < c->touch_memory_count; m++) {
-        for (int t = first; t < c->touch_count; t++) {
-            int key[4];
-            touch_key(&c->touches[t], key);
-            if (memcmp(key, c->touch_memory[m].place, sizeof key) == 0) {
-                c->touches[t].bristle = vec3_load(c->touch_memory[m].bristle);
-                break;
-            }
+    size_t kept = (size_t)c->touch_memory_count;
+    if (kept > 1) {
+        qsort(c->touch_memory, kept, sizeof *c->touch_memory, compare_keys);
+    }
+    for (int t = first; t < c->touch_count && kept > 0; t++) {
+        PairMemory key;
+        touch_key(&c->touches[t], key.place);
+        const PairMemory *memory =
+            bsearch(&key, c->touch_memory, kept, sizeof *c->touch_memory, compare_keys);
+        if (memory) {
+            c->touches[t].bristle = vec3_load(memory->bristle);
         }
     }
     c->touch_memory_count = 0;

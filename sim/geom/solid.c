@@ -10,8 +10,9 @@ static double clamp(double x, double low, double high) {
 }
 
 static double distance_sphere(Vec3 p, double radius, Vec3 *normal) {
-    *normal = vec3_unit(p, vec3(0, 0, 1));
-    return vec3_length(p) - radius;
+    double length = vec3_length(p);
+    *normal = length > 0.0 ? vec3_scale(1.0 / length, p) : vec3(0, 0, 1);
+    return length - radius;
 }
 
 /* sharp box of half extents b: distance and closest direction */

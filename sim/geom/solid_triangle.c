@@ -1,9 +1,11 @@
 /* solid_triangle.c: where a triangle comes nearest to a convex solid. The signed distance d is
  * convex, and its gradient is the normal: a corner is the place if d does not fall towards the
  * other two; a point of a side if d does not fall towards the third corner; otherwise the place
- * is inside, where the normal is that of the triangle, below the solid's support point. */
+ * is inside, where the normal is that of the triangle, below the solid's support point. Nearest to
+ * a sphere is what is nearest to its middle. */
 #include <stdbool.h>
 
+#include "sim/geom/closest.h"
 #include "sim/geom/solid.h"
 
 #define MOST_ROUNDS 60      /* of the search along a side: halves the bracket at worst */
@@ -152,6 +154,9 @@ static bool search_face(const Solid *solid, const Vec3 x[3], Vec3 normal, double
 
 int solid_nearest_on_triangle(const Solid *solid, const Vec3 x[3], const double distance[3],
                               const Vec3 normal[3], double w[3]) {
+    if (solid->kind == SOLID_SPHERE) {
+        return closest_on_triangle(vec3(0, 0, 0), x[0], x[1], x[2], w);
+    }
     int low = distance[0] <= distance[1] ? 0 : 1;
     low = distance[2] < distance[low] ? 2 : low;
     int feature = 1 << low, third = -1;
