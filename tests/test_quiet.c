@@ -153,7 +153,7 @@ static double rig_play(Rig *r, Programme *programme, double seconds, double *lea
             r->lanes.v[2][i] = v.z / STEP;
         }
         contact_forces(r->contact, STEP, 1.0, time + STEP);
-        contact_clear(r->contact);
+        contact_clear(r->contact, vec3(0, 0, 0));
         contact_guard(r->contact, STEP);
         if (!r->contact->quiet.holds) {
             break;

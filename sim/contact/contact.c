@@ -108,7 +108,9 @@ Contact *contact_create(const ContactDef *def, Arena *arena) {
     c->stiff = arena_push(arena, double, n);
     c->touched = arena_push(arena, int, n);
     c->is_touched = arena_push(arena, unsigned char, n);
+    c->tolls = arena_push(arena, Toll, n);
     c->changed = arena_push(arena, int, n);
+    c->kicked = arena_push(arena, Vec3, n);
     c->is_changed = arena_push(arena, unsigned char, n);
     c->scale = arena_push(arena, double, n);
     c->weight_kept = arena_push(arena, double, n);
@@ -137,35 +139,6 @@ void contact_gather(Contact *c) {
 }
 
 static void gather_velocities(Contact *c) { copy_lanes(c, c->view.lanes->v, c->v); }
-
-void contact_make_loss_room(Contact *c) {
-    c->loss_room = 2 * c->loss_room + 256;
-    c->losses = arena_grow(c->arena, Loss, c->losses, c->loss_count, c->loss_room);
-}
-
-static Vec3 kicked_velocity(const Contact *c, int place) {
-    if (place >= c->def->vertex_count) {
-        return contact_velocity(c, place);
-    }
-    int s = c->view.slot[place];
-    double *const *v = c->view.lanes->v;
-    return vec3(v[0][s], v[1][s], v[2][s]);
-}
-
-/* the work of a force over the step is force times the mean of the velocities around the kick */
-static void count_losses(Contact *c) {
-    for (int k = 0; k < c->loss_count; k++) {
-        const Loss *loss = &c->losses[k];
-        Vec3 v = {0, 0, 0};
-        for (int a = 0; a < loss->count; a++) {
-            v = vec3_axpy(v, loss->weight[a], kicked_velocity(c, loss->place[a]));
-        }
-        Vec3 mean = vec3_scale(0.5, vec3_add(v, loss->before));
-        c->statistics.damping -= c->loss_time * vec3_dot(mean, loss->damping);
-        c->statistics.friction -= c->loss_time * vec3_dot(mean, loss->friction);
-    }
-    c->loss_count = 0;
-}
 
 void contact_clear_twins(Contact *c, int most) {
     for (int k = 0; k < c->twin_count; k++) {
@@ -204,6 +177,7 @@ int contact_find_twin(Contact *c, const int key[3], int index) {
 void contact_mark_changed(Contact *c, int place) {
     if (!c->is_changed[place]) {
         c->is_changed[place] = 1;
+        c->kicked[place] = contact_velocity(c, place);
         c->changed[c->changed_count++] = place;
     }
 }
@@ -219,7 +193,6 @@ void contact_impulse(Contact *c, int count, const int *place, const double *weig
     }
     double impulse = (wanted - approach) / mobility;
     c->statistics.impulses++;
-    c->statistics.guard += impulse * -0.5 * (wanted + approach);
     for (int a = 0; a < count; a++) {
         double share = impulse * weight[a] * contact_mobility(c, place[a]);
         if (share != 0.0) {
@@ -350,7 +323,9 @@ static void adapt(const Contact *c, ContactMemory *memory) {
     memory->shrink = max2(CONTACT_LEAST_SHRINK, min2(shrink, 1.0));
 }
 
-void contact_end(const Contact *c, ContactMemory *memory) {
+void contact_end(Contact *c, ContactMemory *memory) {
+    gather_velocities(c);
+    contact_count_losses(c);
     adapt(c, memory);
     size_t o = (size_t)c->def->obstacle_count;
     memcpy(memory->poses, c->poses, o * sizeof *c->poses);
@@ -366,7 +341,7 @@ void contact_end(const Contact *c, ContactMemory *memory) {
 
 void contact_forces(Contact *c, double dt, double share, double time_end) {
     obstacle_demand(c, dt, time_end);
-    c->loss_time = share * dt;
+    c->kick_time = share * dt;
     c->step_count++;
     if (c->quiet.holds) {
         return;
@@ -391,29 +366,14 @@ void contact_forces(Contact *c, double dt, double share, double time_end) {
     c->statistics.seconds += clock_seconds() - start;
 }
 
-void contact_clear(Contact *c) {
-    count_losses(c);
-    for (int k = 0; k < c->touched_count; k++) {
-        int place = c->touched[k], slot = c->view.slot[place];
-        double *const *f = c->view.lanes->f;
-        f[0][slot] = f[1][slot] = f[2][slot] = 0.0;
-        c->view.lanes->weight[slot] = c->weight_kept[place];
-        c->stiff[place] = 0.0;
-        c->is_touched[place] = 0;
-    }
-    c->touched_count = 0;
-}
-
 /* scales the motions that the planes cut */
 static void apply_scales(Contact *c) {
     for (int k = 0; k < c->changed_count; k++) {
         int place = c->changed[k];
         if (c->scale[place] < 1.0) {
-            Vec3 v = contact_velocity(c, place), cut = vec3_scale(c->scale[place], v);
-            double lost = vec3_dot(v, v) - vec3_dot(cut, cut);
-            c->statistics.guard += 0.5 * c->def->mass[place] * lost;
+            Vec3 v = contact_velocity(c, place);
             c->statistics.truncations++;
-            vec3_store(c->v + 3 * (long)place, cut);
+            vec3_store(c->v + 3 * (long)place, vec3_scale(c->scale[place], v));
             c->scale[place] = 1.0;
         }
     }
@@ -507,6 +467,7 @@ void contact_guard(Contact *c, double dt) {
     if (c->pairs_wanted) {
         self_advance(c, dt);
     }
+    contact_count_losses(c);
     write_changed(c);
     c->statistics.seconds += clock_seconds() - start;
 }

@@ -66,11 +66,12 @@ typedef struct ContactView {
 typedef struct ContactStatistics {
     double smallest_gap, smallest_self_gap; /* [m] to obstacles; of cloth to cloth */
     double truncations, impulses, rebuilds;
-    double pairs, evaluations;       /* summed over steps: listed, looked at */
-    double work;                     /* [J] done on the cloth by moving obstacles */
-    double friction, damping, guard; /* [J] taken out of the cloth */
-    double approach;                 /* [m/s] fastest approach of a near pair */
-    double seconds, search_seconds;  /* [s] of the clock: all of contact; the lists in it */
+    double pairs, evaluations; /* summed over steps: listed, looked at */
+    double work;               /* [J] done on the cloth by moving obstacles */
+    double friction, damping;  /* [J] taken out of the cloth; by the guard and by the inertia */
+    double guard;              /* added to crowded vertices */
+    double approach;           /* [m/s] fastest approach of a near pair */
+    double seconds, search_seconds; /* [s] of the clock: all of contact; the lists in it */
 } ContactStatistics;
 
 typedef struct Contact Contact;
@@ -109,13 +110,14 @@ void contact_begin(Contact *contact, ContactView view, const ContactMemory *memo
  * `share`: of the step that the kick will take (1, or 1/2 at the ends of an interval);
  * `time_end`: of this step, where the obstacles want to be. */
 void contact_forces(Contact *contact, double dt, double share, double time_end);
-/* After the kick: takes the forces of this step back out of lanes->f and lanes->weight. */
-void contact_clear(Contact *contact);
+/* After the kick: takes the forces of this step back out of lanes->f and lanes->weight. `given` [m/s]:
+ * what the kick gave to every vertex, whatever its inertia. */
+void contact_clear(Contact *contact, Vec3 given);
 /* Changes velocities so that nothing crosses in x += dt v, and moves the obstacles as far as the
  * cloth lets them. */
 void contact_guard(Contact *contact, double dt);
 /* Writes what the next interval needs. */
-void contact_end(const Contact *contact, ContactMemory *memory);
+void contact_end(Contact *contact, ContactMemory *memory);
 
 const ContactStatistics *contact_statistics(const Contact *contact);
 

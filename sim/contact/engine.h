@@ -56,14 +56,12 @@ typedef struct Twin {
     int key[3], pair; /* pair < 0: a free place */
 } Twin;
 
-/* A pair that gives a force: what damping and friction do is known after the kick. */
-typedef struct Loss {
-    int count;
-    const int *place;       /* of the pair: lists do not change before contact_clear */
-    const double *weight;   /* ... */
-    Vec3 damping, friction; /* [N] */
-    Vec3 before;            /* [m/s] velocity before the kick, less twice that of the obstacle */
-} Loss;
+/* What takes energy out of a vertex in this step [N s]: the work of each is known when the guard has
+ * settled the velocity, of which it meets the mean with that before the kick. */
+typedef struct Toll {
+    Vec3 damping, friction, inertia; /* inertia: what the kick kept from a crowded vertex */
+    Vec3 before;                     /* [m/s] */
+} Toll;
 
 struct Contact {
     const ContactDef *def;
@@ -88,16 +86,16 @@ struct Contact {
     int twin_room, twin_count;
     int *twin_places; /* (twin_count) used places of the table */
     double *stiff;    /* [N/m] (vertex_count) sum of contact stiffness, see CONTACT_STABLE_SHARE */
-    int *touched;     /* vertices with forces in this step */
+    int *touched;     /* vertices with forces in this step, until its losses are counted */
     unsigned char *is_touched;
     int touched_count;
-    Loss *losses; /* of this step */
-    int loss_count, loss_room;
-    double loss_time; /* [s] length of this step's kick */
+    Toll *tolls;      /* (vertex_count) of those touched */
+    double kick_time; /* [s] length of this step's kick */
     double stiffness, shrink;
     double step_count; /* in this interval */
     double *scale;     /* (vertex_count) share of a motion that the planes leave */
     int *changed;      /* vertices whose velocity the guard changed */
+    Vec3 *kicked;      /* [m/s] (vertex_count) of those: before it did */
     unsigned char *is_changed;
     int changed_count;
     double level_step;   /* [m] how much nearer any two groups come in this step, at most */
@@ -137,7 +135,8 @@ static inline double contact_mobility(const Contact *c, int place) {
     return c->held[place] ? 0.0 : c->weight_kept[place];
 }
 
-void contact_make_loss_room(Contact *c); /* for one more loss */
+/* With the velocities at the end of a step in c->v. */
+void contact_count_losses(Contact *c);
 /* The index that came first with this key since contact_clear_twins, or -1: `index` is the first. */
 int contact_find_twin(Contact *c, const int key[3], int index);
 void contact_clear_twins(Contact *c, int most); /* and makes room for so many */

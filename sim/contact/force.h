@@ -17,24 +17,36 @@ static inline Vec3 contact_point_velocity(const Contact *c, int count, const int
     return v;
 }
 
-/* Adds a force and its stiffness (for the inertia of the kick) to a vertex. */
-static inline void contact_push(Contact *c, int place, Vec3 force, double stiffness) {
+/* Of one contact [N]: all of it, and its parts that take energy. */
+typedef struct ContactForce {
+    Vec3 sum, damping, friction;
+    double stiffness; /* [N/m] for the inertia of the kick */
+} ContactForce;
+
+/* Adds the share w of a force to a vertex. */
+static inline void contact_push(Contact *c, int place, double w, const ContactForce *force) {
     const Lanes *lanes = c->view.lanes;
     int slot = c->view.slot[place];
-    lanes->f[0][slot] += force.x, lanes->f[1][slot] += force.y, lanes->f[2][slot] += force.z;
-    c->stiff[place] += stiffness;
+    Toll *toll = &c->tolls[place];
+    lanes->f[0][slot] += w * force->sum.x;
+    lanes->f[1][slot] += w * force->sum.y;
+    lanes->f[2][slot] += w * force->sum.z;
+    c->stiff[place] += fabs(w) * force->stiffness;
     if (!c->is_touched[place]) {
         c->is_touched[place] = 1;
         c->touched[c->touched_count++] = place;
+        *toll = (Toll){.before = contact_velocity(c, place)};
     }
+    double impulse = w * c->kick_time;
+    toll->damping = vec3_axpy(toll->damping, impulse, force->damping);
+    toll->friction = vec3_axpy(toll->friction, impulse, force->friction);
 }
 
-/* For the book of energies, see contact_clear. */
-static inline void contact_note_loss(Contact *c, const Loss *loss) {
-    if (c->loss_count == c->loss_room) {
-        contact_make_loss_room(c);
-    }
-    c->losses[c->loss_count++] = *loss;
+/* What the force does to something else, which moves with that velocity [m/s], is no loss. */
+static inline void contact_carry(Contact *c, const ContactForce *force, Vec3 carried) {
+    c->statistics.work += c->kick_time * vec3_dot(force->sum, carried);
+    c->statistics.damping += c->kick_time * vec3_dot(force->damping, carried);
+    c->statistics.friction += c->kick_time * vec3_dot(force->friction, carried);
 }
 
 /* The bristle follows the sliding velocity for `share_dt`, is cut to `limit` and answers with a

@@ -148,7 +148,7 @@ static bool search(Contact *c, bool by_path, double dt) {
 
 static int compare_keys(const void *a, const void *b) {
     return memcmp(((const PairMemory *)a)->place, ((const PairMemory *)b)->place,
-                  sizeof ((const PairMemory *)a)->place);
+                  sizeof((const PairMemory *)a)->place);
 }
 
 /* gives kept bristles to the touches from `first` on */
@@ -294,23 +294,18 @@ static void push_touch(Contact *c, Touch *touch, double dt, double share) {
     Vec3 bristle = vertex ? vec3_load(memory) : touch->bristle;
     Vec3 friction = contact_friction(&bristle, touch->normal, sliding, share * dt,
                                      total * touch_friction(c, touch), k, critical);
-    Vec3 sum = vec3_axpy(friction, total, touch->normal);
-    Loss loss = {.count = corner_count(touch),
-                 .place = touch->place,
-                 .weight = touch->weight,
-                 .damping = vec3_scale(total - force, touch->normal),
-                 .friction = friction,
-                 .before = vec3_sub(v, carried)};
-    contact_note_loss(c, &loss);
     touch->bristle = bristle;
     if (vertex) {
         vec3_store(memory, bristle);
     }
-    c->statistics.work += vec3_dot(sum, carried) * share * dt;
+    ContactForce push = {.sum = vec3_axpy(friction, total, touch->normal),
+                         .damping = vec3_scale(total - force, touch->normal),
+                         .friction = friction,
+                         .stiffness = curvature + damping / dt};
+    contact_carry(c, &push, carried);
     for (int a = 0; a < corner_count(touch); a++) {
-        double w = touch->weight[a];
-        if (w != 0.0) {
-            contact_push(c, touch->place[a], vec3_scale(w, sum), w * (curvature + damping / dt));
+        if (touch->weight[a] != 0.0) {
+            contact_push(c, touch->place[a], touch->weight[a], &push);
         }
     }
 }

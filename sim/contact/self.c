@@ -156,22 +156,16 @@ static void push_pair(Contact *c, Pair *pair, double dt, double share) {
     Vec3 sliding = vec3_axpy(v, -vn, pair->normal);
     Vec3 friction = contact_friction(&pair->bristle, pair->normal, sliding, share * dt,
                                      total * pair_friction(c, pair), k, critical);
-    Vec3 sum = vec3_axpy(friction, total, pair->normal);
-    Loss loss = {.count = 4,
-                 .place = pair->place,
-                 .weight = pair->weight,
-                 .damping = vec3_scale(total - force, pair->normal),
-                 .friction = friction,
-                 .before = v};
-    contact_note_loss(c, &loss);
+    ContactForce push = {.sum = vec3_axpy(friction, total, pair->normal),
+                         .damping = vec3_scale(total - force, pair->normal),
+                         .friction = friction,
+                         .stiffness = 2.0 * (curvature + damping / dt)};
     for (int a = 0; a < 4; a++) {
         double w = pair->weight[a];
-        if (pair->place[a] >= c->def->vertex_count) { /* of a mesh: works on the cloth */
-            Vec3 moved = vec3_scale(share * dt, contact_velocity(c, pair->place[a]));
-            c->statistics.work -= w * vec3_dot(sum, moved);
+        if (pair->place[a] >= c->def->vertex_count) { /* of a mesh */
+            contact_carry(c, &push, vec3_scale(-w, contact_velocity(c, pair->place[a])));
         } else if (w != 0.0) {
-            contact_push(c, pair->place[a], vec3_scale(w, sum),
-                         fabs(w) * 2.0 * (curvature + damping / dt));
+            contact_push(c, pair->place[a], w, &push);
         }
     }
 }

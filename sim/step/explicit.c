@@ -476,7 +476,7 @@ static void kick_with_contact(Explicit *e, double dt, double share, double time_
     impulse_add(&e->impulse, e->system, &e->lanes, e->slot, share * dt);
     kick(e, share * dt);
     if (e->contact) {
-        contact_clear(e->contact);
+        contact_clear(e->contact, vec3_scale(share * dt, e->system->scene->gravity));
     }
 }
 
