@@ -7,11 +7,12 @@
 #define CONTACT_STIFFNESS 0.2       /* against obstacles */
 #define CONTACT_SELF_STIFFNESS 0.06 /* many pairs share a vertex */
 /* When impulses have to hold the cloth apart in more than one of so many steps, the law is too
- * soft: it is made stiffer, then the step shorter; both are taken back slowly. */
-#define CONTACT_MOST_STIFFNESS 0.4 /* pumps without damping */
-#define CONTACT_STIFFER 1.5        /* from one interval to the next */
+ * soft: it is made stiffer, and slowly softer again. */
+#define CONTACT_MOST_STIFFNESS 3.2
+#define CONTACT_FULL_STEP_STIFFNESS 1.6 /* more needs a shorter step */
+#define CONTACT_MESH_STIFFNESS 0.4      /* most at meshes, where it follows the step */
+#define CONTACT_STIFFER 1.5             /* from one interval to the next */
 #define CONTACT_SOFTER 0.95
-#define CONTACT_LEAST_SHRINK 0.35
 #define CONTACT_MOST_IMPULSES 1.0 /* per step */
 #define CONTACT_DAMPING 0.1       /* of critical, along the normal; 0.2 pumps with many pairs */
 #define CONTACT_SELF_DAMPING 0.05

@@ -183,7 +183,7 @@ void contact_mark_changed(Contact *c, int place) {
 }
 
 void contact_impulse(Contact *c, int count, const int *place, const double *weight, Vec3 normal,
-                     double approach, double wanted) {
+                     Vec3 carried, double approach, double wanted) {
     double mobility = 0.0;
     for (int a = 0; a < count; a++) {
         mobility += weight[a] * weight[a] * contact_mobility(c, place[a]);
@@ -192,13 +192,16 @@ void contact_impulse(Contact *c, int count, const int *place, const double *weig
         return;
     }
     double impulse = (wanted - approach) / mobility;
+    double work = impulse * vec3_dot(normal, carried);
     c->statistics.impulses++;
+    c->statistics.work += work;
+    c->statistics.guard += work; /* is no loss */
     for (int a = 0; a < count; a++) {
         double share = impulse * weight[a] * contact_mobility(c, place[a]);
         if (share != 0.0) {
             Vec3 v = contact_velocity(c, place[a]);
-            vec3_store(c->v + 3 * (long)place[a], vec3_axpy(v, share, normal));
             contact_mark_changed(c, place[a]);
+            vec3_store(c->v + 3 * (long)place[a], vec3_axpy(v, share, normal));
         }
     }
 }
@@ -303,24 +306,24 @@ void contact_begin(Contact *c, ContactView view, const ContactMemory *memory, do
     mesh_begin(c);
     c->step_count = 0.0;
     c->stiffness = memory->stiffness > 0.0 ? memory->stiffness : CONTACT_SELF_STIFFNESS;
-    c->shrink = memory->shrink > 0.0 ? memory->shrink : 1.0;
     if (!become_quiet(c, dt)) {
         make_lists(c, dt);
     }
 }
 
-/* stiffness and step for the next interval, by the impulses of this one */
-static void adapt(const Contact *c, ContactMemory *memory) {
+/* stiffness for the next interval, by the impulses of this one, and the step that it bears */
+static void adapt(Contact *c, ContactMemory *memory) {
     bool soft = c->statistics.impulses > CONTACT_MOST_IMPULSES * c->step_count;
     double stiffness = c->stiffness * (soft ? CONTACT_STIFFER : CONTACT_SOFTER);
-    double shrink = c->shrink;
-    if (soft && stiffness > CONTACT_MOST_STIFFNESS) {
-        shrink /= CONTACT_STIFFER;
-    } else if (!soft) {
-        shrink /= CONTACT_SOFTER;
+    stiffness = max2(CONTACT_SELF_STIFFNESS, min2(stiffness, CONTACT_MOST_STIFFNESS));
+    if (c->pairs_wanted && !c->quiet.holds && stiffness != c->stiffness) {
+        double stored = self_energy(c, c->step);
+        c->stiffness = stiffness;
+        c->statistics.stiffened = self_energy(c, c->step) - stored;
+        c->statistics.guard -= c->statistics.stiffened;
     }
-    memory->stiffness = max2(CONTACT_SELF_STIFFNESS, min2(stiffness, CONTACT_MOST_STIFFNESS));
-    memory->shrink = max2(CONTACT_LEAST_SHRINK, min2(shrink, 1.0));
+    memory->stiffness = stiffness;
+    memory->shrink = min2(1.0, sqrt(CONTACT_FULL_STEP_STIFFNESS / stiffness));
 }
 
 void contact_end(Contact *c, ContactMemory *memory) {
@@ -341,6 +344,7 @@ void contact_end(Contact *c, ContactMemory *memory) {
 
 void contact_forces(Contact *c, double dt, double share, double time_end) {
     obstacle_demand(c, dt, time_end);
+    c->step = dt;
     c->kick_time = share * dt;
     c->step_count++;
     if (c->quiet.holds) {

@@ -33,7 +33,7 @@ typedef struct ContactObstacle {
 
 typedef struct ContactDef {
     double distance;       /* [m] largest contact distance of any cloth */
-    double reference_step; /* [s] the explicit step: sets the stiffness of the implicit road */
+    double reference_step; /* [s] the explicit step without contact: sets the stiffness */
     bool self;             /* cloth meets itself and other cloth */
     int obstacle_count;
     const ContactObstacle *obstacles;
@@ -68,9 +68,10 @@ typedef struct ContactStatistics {
     double truncations, impulses, rebuilds;
     double pairs, evaluations; /* summed over steps: listed, looked at */
     double work;               /* [J] done on the cloth by moving obstacles */
-    double friction, damping;  /* [J] taken out of the cloth; by the guard and by the inertia */
-    double guard;              /* added to crowded vertices */
-    double approach;           /* [m/s] fastest approach of a near pair */
+    double friction, damping;  /* [J] taken out of the cloth */
+    double guard; /* [J] by the guard, by the inertia added to crowded vertices, less stiffened */
+    double stiffened;               /* [J] stored by making the law stiffer for the next interval */
+    double approach;                /* [m/s] fastest approach of a near pair */
     double seconds, search_seconds; /* [s] of the clock: all of contact; the lists in it */
 } ContactStatistics;
 
@@ -83,9 +84,11 @@ typedef struct ContactMemory {
     double *bristles;  /* [m] (vertex_count x obstacle_count x 3) of vertices at obstacles */
     PairMemory *pairs; /* (pair_room) all other bristles: touch_count at obstacles, then cloth */
     int touch_count, pair_count, pair_room;
-    double approach;  /* [m/s] fastest of a touching pair in the last interval */
-    double stiffness; /* of cloth to cloth, share of m / dt^2: more where cloth is pressed hard */
-    double shrink;    /* of the step: less than 1 when more stiffness is not enough */
+    double approach; /* [m/s] fastest of a touching pair in the last interval */
+    double
+        stiffness; /* of cloth to cloth, share of m / reference_step^2: more where cloth is pressed
+                         hard. It does not follow the step, which would add to what is stored */
+    double shrink; /* of the reference step: what that stiffness bears */
 } ContactMemory;
 
 /* Places for pairs of this many per vertex; more bristles than that are forgotten. */

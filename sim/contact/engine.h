@@ -89,13 +89,13 @@ struct Contact {
     int *touched;     /* vertices with forces in this step, until its losses are counted */
     unsigned char *is_touched;
     int touched_count;
-    Toll *tolls;      /* (vertex_count) of those touched */
-    double kick_time; /* [s] length of this step's kick */
-    double stiffness, shrink;
-    double step_count; /* in this interval */
-    double *scale;     /* (vertex_count) share of a motion that the planes leave */
-    int *changed;      /* vertices whose velocity the guard changed */
-    Vec3 *kicked;      /* [m/s] (vertex_count) of those: before it did */
+    Toll *tolls;            /* (vertex_count) of those touched */
+    double step, kick_time; /* [s] of this step, of its kick */
+    double stiffness;       /* see ContactMemory */
+    double step_count;      /* in this interval */
+    double *scale;          /* (vertex_count) share of a motion that the planes leave */
+    int *changed;           /* vertices whose velocity the guard changed */
+    Vec3 *kicked;           /* [m/s] (vertex_count) of those: before it did */
     unsigned char *is_changed;
     int changed_count;
     double level_step;   /* [m] how much nearer any two groups come in this step, at most */
@@ -141,14 +141,15 @@ void contact_count_losses(Contact *c);
 int contact_find_twin(Contact *c, const int key[3], int index);
 void contact_clear_twins(Contact *c, int most); /* and makes room for so many */
 /* Inelastic: lifts the normal velocity of that point from `approach` to `wanted` [m/s]; nothing
- * when it is higher. Keeps the gap out of the steep part of the law. */
+ * when it is higher. Keeps the gap out of the steep part of the law. `carried` [m/s]: of what is met
+ * and follows a programme, which works on the cloth. */
 void contact_impulse(Contact *c, int count, const int *place, const double *weight, Vec3 normal,
-                     double approach, double wanted);
+                     Vec3 carried, double approach, double wanted);
 /* A vertex uses at most a share of the room [m] that it has over a plane with normal `away`. */
 void contact_hold_back(Contact *c, int place, Vec3 away, double room, double dt);
 /* Notes a motion that must shrink to `share`. */
 void contact_shorten(Contact *c, int place, double share);
-void contact_mark_changed(Contact *c, int place);
+void contact_mark_changed(Contact *c, int place); /* before it is */
 
 /* self.c: cloth with cloth. c->motion must be that of the velocities of now. */
 void self_begin(Contact *c, double dt);

@@ -34,8 +34,7 @@ void contact_count_losses(Contact *c) {
         int place = c->changed[k];
         Vec3 v = contact_velocity(c, place), kicked = c->kicked[place];
         Vec3 before = c->is_touched[place] ? c->tolls[place].before : kicked;
-        s->guard -= 0.5 * c->def->mass[place] *
-                    vec3_dot(vec3_sub(v, kicked), vec3_add(before, v));
+        s->guard -= 0.5 * c->def->mass[place] * vec3_dot(vec3_sub(v, kicked), vec3_add(before, v));
     }
     for (int k = 0; k < c->touched_count; k++) {
         c->is_touched[c->touched[k]] = 0;

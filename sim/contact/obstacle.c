@@ -408,11 +408,11 @@ void obstacle_impulses(Contact *c, double dt) {
         if (touch->distance - floor >= motion) {
             continue;
         }
-        Vec3 v = vec3_sub(touch_velocity(c, touch), point_velocity(c, touch, dt));
-        double vn = vec3_dot(v, touch->normal);
+        Vec3 carried = point_velocity(c, touch, dt);
+        double vn = vec3_dot(vec3_sub(touch_velocity(c, touch), carried), touch->normal);
         double least = touch->distance > floor ? (floor - touch->distance) / dt : 0.0;
-        contact_impulse(c, corner_count(touch), touch->place, touch->weight, touch->normal, vn,
-                        least);
+        contact_impulse(c, corner_count(touch), touch->place, touch->weight, touch->normal, carried,
+                        vn, least);
     }
 }
 

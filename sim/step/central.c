@@ -184,7 +184,9 @@ static bool advance(const System *system, void *data, State *state, double time_
     }
     longest = fmin(longest, fmax(contact_step(system, state, interval),
                                  LEAST_CONTACT_SHARE * explicit_limit(central->engine)));
-    longest *= state->contact.shrink > 0.0 ? state->contact.shrink : 1.0;
+    if (state->contact.shrink > 0.0 && system->contact.reference_step > 0.0) {
+        longest = fmin(longest, state->contact.shrink * system->contact.reference_step);
+    }
     ExplicitResult result = {0};
     for (int halvings = 0; halvings <= STEP_MAX_HALVINGS; halvings++) {
         ExplicitRun run = {.steps = (int)fmax(1.0, ceil(interval / longest - 1e-9))};

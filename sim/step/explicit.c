@@ -444,7 +444,7 @@ static void stop_all(Explicit *e) {
     }
 }
 
-/* before a kick; `all`: not only where the last kick saw some */
+/* before a kick, with its inertia; `all`: not only where the last kick saw some */
 static void find_sides(Explicit *e, bool all) {
     for (int c = 0; c < e->system->cloth_count; c++) {
         sides_find(&e->sides[c], &e->lanes, e->held + e->system->first[c], all);
@@ -469,10 +469,11 @@ static void hold_sides(Explicit *e, double dt, double share) {
 }
 
 /* one kick, with the contacts of this instant */
-static void kick_with_contact(Explicit *e, double dt, double share, double time_end) {
+static void kick_with_contact(Explicit *e, double dt, double share, double time_end, bool all) {
     if (e->contact) {
         contact_forces(e->contact, dt, share, time_end);
     }
+    find_sides(e, all);
     impulse_add(&e->impulse, e->system, &e->lanes, e->slot, share * dt);
     kick(e, share * dt);
     if (e->contact) {
@@ -509,8 +510,7 @@ static void run_steps(Explicit *e, const ExplicitRun *run, const State *state,
     double share = run->symplectic_euler ? 1.0 : 0.5, kinetic = 0.0;
     for (int s = 0; s < run->steps && !step_interrupted; s++) {
         double time_end = run->kinetic_damping ? state->time : state->time + (s + 1) * run->dt;
-        find_sides(e, s == 0);
-        kick_with_contact(e, run->dt, share, time_end);
+        kick_with_contact(e, run->dt, share, time_end, s == 0);
         result->work += steer_held(e, run->dt, share * run->dt, time_end);
         hold_sides(e, run->dt, share);
         share = 1.0;
@@ -527,8 +527,7 @@ static void run_steps(Explicit *e, const ExplicitRun *run, const State *state,
     if (run->kinetic_damping) {
         stop_all(e);
     } else if (!run->symplectic_euler) {
-        find_sides(e, false);
-        kick_with_contact(e, run->dt, 0.5, state->time + (run->steps + 1) * run->dt);
+        kick_with_contact(e, run->dt, 0.5, state->time + (run->steps + 1) * run->dt, false);
         hold_sides(e, run->dt, 0.5);
     }
 }
@@ -589,12 +588,12 @@ ExplicitResult explicit_interval(Explicit *e, const ExplicitRun *run, State *sta
     run_steps(e, run, state, &result);
     store(e, state, state->time + (run->kinetic_damping ? 0.0 : run->steps * run->dt));
     double after = total_energy(e, run->dt, state, &result.energy_scale, &result.contact_energy);
-    result.energy_gain = after - before + e->damped;
     result.finite = isfinite(after) && isfinite(result.fastest);
     result.sides = e->sides_taken - stored_in_sides(e);
     if (e->contact) {
         result.contact = *contact_statistics(e->contact);
     }
+    result.energy_gain = after - before + e->damped - result.contact.stiffened;
     result.work = result.work + e->air_work + result.contact.work;
     return result;
 }
