@@ -2,6 +2,8 @@
 
 #include <math.h>
 
+#include "sim/base/error.h"
+
 /* slope at an inner knot between secants s0 over h0 and s1 over h1, both positive */
 static double inner_slope(double h0, double s0, double h1, double s1) {
     double w0 = 2.0 * h1 + h0, w1 = h1 + 2.0 * h0;
@@ -16,7 +18,8 @@ static double first_slope(double h0, double s0, double h1, double s1) {
 
 int yarn_table_create(int count, const double *at, const double *value, YarnTable *t) {
     int n = t->count = count + 1;
-    double h[YARN_TABLE_MOST], s[YARN_TABLE_MOST];
+    double h[YARN_TABLE_MOST] = {0}, s[YARN_TABLE_MOST] = {0};
+    ASSERT(count >= 1 && count < YARN_TABLE_MOST);
     t->at[0] = t->c[0][0] = t->work[0] = 0.0;
     for (int k = 1; k < n; k++) {
         t->at[k] = at[k - 1], t->c[k][0] = value[k - 1];
