@@ -10,9 +10,12 @@ bool side_bound_exceeded(Vec3 own, Vec3 other, double spacing, SideExcess *out) 
     if (!side_bound_reached(own, spacing)) {
         return false;
     }
-    double length = vec3_length(own);
     Vec3 mean = vec3_scale(0.5, vec3_add(own, other));
-    double stretched = vec3_length(mean);
+    double square = vec3_dot(own, own), allowed = ALLOWED * ALLOWED * vec3_dot(mean, mean);
+    if (square <= allowed) { /* most are as long as their cell */
+        return false;
+    }
+    double length = sqrt(square), stretched = vec3_length(mean);
     out->excess = length - ALLOWED * max2(spacing, stretched);
     if (out->excess <= 0.0) {
         return false;

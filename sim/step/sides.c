@@ -2,9 +2,6 @@
 
 #include <math.h>
 
-/* rounds over the list: neighbours share nodes */
-#define ROUNDS 2
-
 Sides sides_create(const Cloth *cloth, const SweepLattice *lattice, const int *slot, Arena *arena) {
     if (!lattice->bounded) {
         return (Sides){.limit = limit_create(cloth, slot, arena)};
@@ -97,7 +94,7 @@ static inline void apply(LongSide *side, const Lanes *lanes, double impulse) {
     }
 }
 
-/* one round of sequential impulses on impulse = share dt k (excess + dt growth), which never
+/* one of a round of sequential impulses on impulse = share dt k (excess + dt growth), which never
  * pushes and yields */
 static void pull(LongSide *side, const Lanes *lanes, double dt, double share) {
     const double *w = side->mobility;
@@ -127,10 +124,8 @@ double sides_hold(Sides *sides, const Lanes *lanes, double dt, double share) {
         LongSide *side = &sides->list[k];
         apply(side, lanes, share * dt * side->stiffness * min2(side->excess, side->most));
     }
-    for (int round = 0; round < ROUNDS; round++) {
-        for (int k = 0; k < sides->count; k++) {
-            pull(&sides->list[k], lanes, dt, share);
-        }
+    for (int k = 0; k < sides->count; k++) {
+        pull(&sides->list[k], lanes, dt, share);
     }
     for (int k = 0; k < sides->count; k++) { /* force times the mean velocity around the kick */
         const LongSide *side = &sides->list[k];
