@@ -22,7 +22,7 @@ film() { # SCENE NAME OPTIONS...
     $toile render "$runs/$scene" -o "$out/$name.mp4" --size 640x360 --force --quiet "$@"
 }
 
-for scene in chiffon tablecloth flag cape skirt breen-cotton; do run "$scene"; done
+for scene in chiffon tablecloth flag cape skirt breen-cotton breen-polycotton; do run "$scene"; done
 still chiffon chiffon 70
 still chiffon strain 80 --camera top --look strain-warp --show-scale --title "Silk on a ball" --show-time
 still chiffon tartan-splats 60 --camera flight --look tartan --surface splats
@@ -32,10 +32,13 @@ still flag breton 75 --look breton
 still flag denim 50 --look denim
 still cape suiting 60 --look suiting
 still cape curvature 60 --look curvature
-still skirt skirt 179 --look suiting
+still skirt skirt 209 --look suiting
 still breen-cotton breen 239 --look cotton
 still breen-cotton breen-side 239 --camera side --look linen
+still breen-polycotton breen-polycotton 239
+still breen-polycotton breen-polycotton-side 239 --camera side
 film chiffon chiffon
 film tablecloth tablecloth --look tartan
 film flag flag --look breton --blur 0.5
 film cape cape --look double-face
+film skirt skirt --look suiting
