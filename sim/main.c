@@ -14,6 +14,8 @@
 #include "sim/scene/mesh_import.h"
 #include "sim/tester.h"
 
+#define BREAKING_STRETCH 0.3
+
 typedef struct Arguments {
     const char *program, *output, *model;
     bool resume, force, json, quiet, effective;
@@ -209,16 +211,30 @@ static Opened open_run(Sim *sim, const char *path, int frames, const Arguments *
     return result;
 }
 
+/* once, when cloth is asked for more than cloth can do */
+static void warn_of_stretch(const Sim *sim, bool *warned) {
+    if (sim->statistics.stretch > BREAKING_STRETCH && !*warned) {
+        *warned = true;
+        fprintf(
+            stderr,
+            "sim: t = %.4g s: cloth '%s' is stretched by %.0f %% along its threads; woven cloth "
+            "tears at 10 to 30 %%, so from here on no real one follows\n",
+            sim->state.time, sim->scene->cloths[sim->stretched].name,
+            100.0 * sim->statistics.stretch);
+    }
+}
+
 static bool make_frames(Sim *sim, StateWriter *writer, int frames, const Arguments *a,
                         Error *error) {
     Progress progress = progress_start("sim", a->progress, sim->frame + 1, frames);
-    bool ok = true;
+    bool ok = true, warned = a->quiet;
     while (ok && sim->frame + 1 < frames) {
         char detail[64];
         ok = sim_advance(sim, error) && sim_write_frame(sim, writer, error);
         snprintf(detail, sizeof detail, "t = %.3f s", sim->state.time);
         if (ok) {
             progress_show(&progress, sim->frame + 1, detail);
+            warn_of_stretch(sim, &warned);
         }
     }
     progress_end(&progress);

@@ -104,6 +104,7 @@ static void measure_energies(Sim *sim) {
     sim->statistics.kinetic = system_kinetic_energy(system, sim->state.v, held);
     sim->statistics.elastic = system_elastic_energy(system, sim->state.x);
     sim->statistics.gravity = system_gravity_energy(system, sim->state.x, held);
+    sim->statistics.stretch = system_stretch(system, sim->state.x, &sim->stretched);
     arena_rewind(&sim->arena, mark);
 }
 
@@ -116,6 +117,7 @@ static void add_up(Statistics *total, const Statistics *frame) {
     total->truncations += frame->truncations;
     total->impulses += frame->impulses;
     total->lag = fmax(total->lag, frame->lag);
+    total->stretch = fmax(total->stretch, frame->stretch);
     total->smallest_gap = fmin(total->smallest_gap, frame->smallest_gap);
     total->smallest_self_gap = fmin(total->smallest_self_gap, frame->smallest_self_gap);
     total->rebuilds += frame->rebuilds;

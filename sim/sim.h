@@ -26,6 +26,7 @@ typedef struct Sim {
     Statistics statistics; /* of the last frame */
     Statistics total;      /* sums over the frames made by this process */
     int moved_at_start;    /* vertices that were taken out of solids */
+    int stretched;         /* the cloth of statistics.stretch */
     double *packed;        /* (node_count x 9) positions, velocities, forces without ghosts */
 } Sim;
 

@@ -5,7 +5,8 @@
 
 const char statistic_names[] =
     "asleep\nsteps\nretries\nstep_length\nnewton_iterations\nfactorisations\nresidual\n"
-    "kinetic\nelastic\ngravity\ncontact\nwork\nsmallest_gap\nsmallest_self_gap\ntruncations\n"
+    "kinetic\nelastic\ngravity\ncontact\nwork\nstretch\nsmallest_gap\nsmallest_self_"
+    "gap\ntruncations\n"
     "impulses\nlag\npairs\nevaluations\nrebuilds\nfriction\ndamping\nguard\nsides\napproach\ncpu\n"
     "seconds\ncontact_seconds\nsearch_seconds\n";
 
@@ -392,6 +393,32 @@ void system_place_held(const System *system, double time, double *x) {
             vec3_store(x + 3 * (size_t)handle->places[i], p);
         }
     }
+}
+
+/* [m] length of half the sum of two opposite sides */
+static double mean_side(const double *x, int from1, int to1, int from2, int to2) {
+    Vec3 one = vec3_sub(vec3_load(x + 3 * (size_t)to1), vec3_load(x + 3 * (size_t)from1));
+    Vec3 two = vec3_sub(vec3_load(x + 3 * (size_t)to2), vec3_load(x + 3 * (size_t)from2));
+    return 0.5 * vec3_length(vec3_add(one, two));
+}
+
+double system_stretch(const System *system, const double *x, int *cloth) {
+    double most = 0.0;
+    *cloth = 0;
+    for (int c = 0; c < system->cloth_count; c++) {
+        const Panel *panel = &system->cloths[c].panel;
+        int nu = panel->nu, first = system->first[c];
+        for (int j = 0; j + 1 < panel->nv; j++) {
+            for (int i = 0; i < (panel->wrap ? nu : nu - 1); i++) {
+                int a = first + j * nu + i, b = first + j * nu + (i + 1) % nu;
+                double u = mean_side(x, a, b, a + nu, b + nu) / panel->h1 - 1.0;
+                double v = mean_side(x, a, a + nu, b, b + nu) / panel->h2 - 1.0;
+                *cloth = fmax(u, v) > most ? c : *cloth;
+                most = fmax(most, fmax(u, v));
+            }
+        }
+    }
+    return most;
 }
 
 double system_elastic_energy(const System *system, const double *x) {

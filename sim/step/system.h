@@ -65,13 +65,14 @@ typedef struct Statistics {
     double steps, retries, step_length, newton_iterations, factorisations, residual;
     double kinetic, elastic, gravity, contact; /* [J] at the end of the frame */
     double work;                               /* [J] done by handles during the frame */
-    double smallest_gap, smallest_self_gap;    /* [m] to obstacles, of cloth to cloth; INFINITY
+    double stretch; /* largest of a lattice's cell along its threads at the end of the frame */
+    double smallest_gap, smallest_self_gap; /* [m] to obstacles, of cloth to cloth; INFINITY
                                                   when none was near */
-    double truncations, impulses, lag;         /* guard; lag [s] of the slowest obstacle */
-    double pairs, evaluations, rebuilds;       /* listed and looked at (mean of a step); searches */
-    double friction, damping, guard, sides;    /* [J] taken out of the cloth in the frame */
-    double approach;                           /* [m/s] fastest of a near pair */
-    double cpu;                                /* [s] process time of the frame */
+    double truncations, impulses, lag;      /* guard; lag [s] of the slowest obstacle */
+    double pairs, evaluations, rebuilds;    /* listed and looked at (mean of a step); searches */
+    double friction, damping, guard, sides; /* [J] taken out of the cloth in the frame */
+    double approach;                        /* [m/s] fastest of a near pair */
+    double cpu;                             /* [s] process time of the frame */
     double seconds, contact_seconds, search_seconds; /* [s] of the clock: the frame, contact in it,
                                                         the lists in contact (explicit) */
 } Statistics;
@@ -99,6 +100,10 @@ void system_commit(const System *system, State *state);
 void system_mark_held(const System *system, double time, unsigned char *held);
 /* Writes the positions that handles ask for at `time` into x (held places only). */
 void system_place_held(const System *system, double time, double *x);
+
+/* Largest stretch of a cell along its threads, over all lattices (0: none is longer than at rest), and
+ * the cloth that has it. */
+double system_stretch(const System *system, const double *x, int *cloth);
 
 double system_elastic_energy(const System *system, const double *x);
 void system_add_gradient(const System *system, const double *x, double *gradient);
