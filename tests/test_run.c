@@ -10,6 +10,7 @@
 #include "sim/base/hash.h"
 #include "sim/state/state.h"
 #include "tests/support/check.h"
+#include "tests/support/shell.h"
 
 static char folder[] = "/tmp/toile_test_run_XXXXXX";
 static char program[4096];
@@ -146,6 +147,26 @@ static void test_foreign_run(void **unused) {
     assert_int_equal(system(command), 0);
 }
 
+/* pulled farther than cloth can be: said once, with time, cloth and stretch */
+static void test_overstretched(void **unused) {
+    (void)unused;
+    char command[9000], text[4000];
+    write_text("pulled.yaml",
+               "toile: 1\nfilm: {rate: 30, seconds: 1}\ncloth:\n  strip:\n"
+               "    shape: {rectangle: {width: 20 cm, height: 8 cm}}\n"
+               "    fabric: {weight: 160 g/m2, isotropic: {stretch: 50 N/m, poisson: 0.3, "
+               "bending: 1e-5 N m}}\n    nodes: 11 x 5\n"
+               "handles:\n  - {hold: strip.left}\n  - {hold: strip.right, move: "
+               "{by: [7 cm, 0, 0], from: 0 s, to: 1 s}}\ngravity: 0 m/s2\n"
+               "solver: {stepper: central}\n");
+    snprintf(command, sizeof command, "%s sim %s/pulled.yaml -o %s/pulled --progress none 2>&1",
+             program, folder, folder);
+    assert_int_equal(shell_run(command, text, sizeof text), EXIT_OK);
+    const char *said = strstr(text, "cloth 'strip' is stretched by 3");
+    assert_non_null(said);
+    assert_null(strstr(said + 1, "cloth 'strip'"));
+}
+
 int main(int argc, char **argv) {
     (void)argc;
     snprintf(program, sizeof program, "%s", argv[0]);
@@ -161,6 +182,7 @@ int main(int argc, char **argv) {
         cmocka_unit_test(test_kill_and_resume),
         cmocka_unit_test(test_interrupt),
         cmocka_unit_test(test_foreign_run),
+        cmocka_unit_test(test_overstretched),
     };
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
     char command[4200];
