@@ -106,7 +106,8 @@ typedef struct Pace {
 
 /* What forward Euler and midpoint gain hangs on the length of an interval more than on their step, and
  * rk45 follows every mode: a frame may take them millions of steps, so they get intervals of some
- * stable steps of `central`. */
+ * stable steps of `central`. `stochastic` looks for an equilibrium in every interval. */
+#define SEARCHES 2
 #define TINY_INTERVALS 20
 #define TINY_STEPS 10
 static Pace pace_of(const StressCase *c, const Stepper *stepper, const System *system,
@@ -117,6 +118,9 @@ static Pace pace_of(const StressCase *c, const Stepper *stepper, const System *s
             double interval = TINY_STEPS * system_stable_step(system);
             return (Pace){TINY_INTERVALS * interval, 1.0 / interval};
         }
+    }
+    if (strcmp(stepper->name, "stochastic") == 0) {
+        return (Pace){SEARCHES / c->rate, c->rate};
     }
     return (Pace){contact ? c->seconds : fmin(c->seconds, SHORT), c->rate};
 }
