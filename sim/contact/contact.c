@@ -39,6 +39,13 @@ double contact_motion_end(const ContactObstacle *obstacle) {
     return max2(frames, motion_end(obstacle->motion));
 }
 
+double contact_longest_step(const ContactDef *def, const ContactMemory *memory) {
+    if (memory->stiffness <= 0.0) {
+        return INFINITY;
+    }
+    return min2(1.0, sqrt(CONTACT_FULL_STEP_STIFFNESS / memory->stiffness)) * def->reference_step;
+}
+
 /* ---- creation ---- */
 
 static void index_groups(Contact *c, Arena *arena) {
@@ -311,7 +318,7 @@ void contact_begin(Contact *c, ContactView view, const ContactMemory *memory, do
     }
 }
 
-/* stiffness for the next interval, by the impulses of this one, and the step that it bears */
+/* stiffness for the next interval, by the impulses of this one */
 static void adapt(Contact *c, ContactMemory *memory) {
     bool soft = c->statistics.impulses > CONTACT_MOST_IMPULSES * c->step_count;
     double stiffness = c->stiffness * (soft ? CONTACT_STIFFER : CONTACT_SOFTER);
@@ -323,7 +330,6 @@ static void adapt(Contact *c, ContactMemory *memory) {
         c->statistics.guard -= c->statistics.stiffened;
     }
     memory->stiffness = stiffness;
-    memory->shrink = min2(1.0, sqrt(CONTACT_FULL_STEP_STIFFNESS / stiffness));
 }
 
 void contact_end(Contact *c, ContactMemory *memory) {

@@ -85,10 +85,9 @@ typedef struct ContactMemory {
     PairMemory *pairs; /* (pair_room) all other bristles: touch_count at obstacles, then cloth */
     int touch_count, pair_count, pair_room;
     double approach; /* [m/s] fastest of a touching pair in the last interval */
-    double
-        stiffness; /* of cloth to cloth, share of m / reference_step^2: more where cloth is pressed
-                         hard. It does not follow the step, which would add to what is stored */
-    double shrink; /* of the reference step: what that stiffness bears */
+    /* of cloth to cloth, share of m / reference_step^2: more where cloth is pressed hard; 0: none yet.
+     * It does not follow the step, which would add to what is stored */
+    double stiffness;
 } ContactMemory;
 
 /* Places for pairs of this many per vertex; more bristles than that are forgotten. */
@@ -98,6 +97,9 @@ Contact *contact_create(const ContactDef *def, Arena *arena);
 
 /* The pose of an obstacle whose programme stands at `clock` [s]. */
 Pose contact_pose(const ContactObstacle *obstacle, double clock);
+
+/* [s] the longest explicit step that the stiffness between cloths bears, or INFINITY. */
+double contact_longest_step(const ContactDef *def, const ContactMemory *memory);
 
 /* [s] from when on an obstacle stands still: its motion, and the frames of its mesh. */
 double contact_motion_end(const ContactObstacle *obstacle);

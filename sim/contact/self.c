@@ -150,6 +150,18 @@ static Vec3 pair_velocity(const Contact *c, const Pair *pair) {
     return contact_point_velocity(c, 4, pair->place, pair->weight);
 }
 
+/* velocity of a mesh at the pair; 0 between cloths */
+static Vec3 carried_by_mesh(const Contact *c, const Pair *pair) {
+    Vec3 carried = {0, 0, 0};
+    for (int a = 0; a < 4; a++) {
+        if (pair->place[a] >= c->def->vertex_count) {
+            Vec3 v = contact_velocity(c, pair->place[a]);
+            carried = vec3_axpy(carried, -pair->weight[a], v);
+        }
+    }
+    return carried;
+}
+
 static void push_pair(Contact *c, Pair *pair, double dt, double share) {
     double force, curvature, mass = pair_mass(c, pair), k = pair_stiffness(c, pair, dt);
     contact_law(pair->distance, pair->dhat, k, &force, &curvature);
@@ -165,12 +177,12 @@ static void push_pair(Contact *c, Pair *pair, double dt, double share) {
                          .damping = vec3_scale(total - force, pair->normal),
                          .friction = friction,
                          .stiffness = 2.0 * (curvature + damping / dt)};
+    if (c->places.meshes) {
+        contact_carry(c, &push, carried_by_mesh(c, pair));
+    }
     for (int a = 0; a < 4; a++) {
-        double w = pair->weight[a];
-        if (pair->place[a] >= c->def->vertex_count) { /* of a mesh */
-            contact_carry(c, &push, vec3_scale(-w, contact_velocity(c, pair->place[a])));
-        } else if (w != 0.0) {
-            contact_push(c, pair->place[a], w, &push);
+        if (pair->place[a] < c->def->vertex_count && pair->weight[a] != 0.0) {
+            contact_push(c, pair->place[a], pair->weight[a], &push);
         }
     }
 }
@@ -181,7 +193,8 @@ static bool all_held(const Contact *c, const Pair *pair) {
 }
 
 /* Does the pair give a force? An edge-edge pair when both points lie inside their edges; a
- * vertex-triangle pair always, but once for every vertex or edge of the other side. If another pair stands for it, its bristle is that pair's */
+ * vertex-triangle pair always, but once for every vertex or edge of the other side. If another pair
+ * stands for it, its bristle is that pair's */
 static bool is_active(Contact *c, int p) {
     Pair *pair = &c->lists.pairs[p];
     if (pair->distance >= pair->dhat || all_held(c, pair) ||
@@ -267,14 +280,8 @@ static void pair_impulse(Contact *c, const Pair *pair, double dt) {
     double floor = CONTACT_IMPULSE_GAP * pair->dhat;
     double vn = vec3_dot(pair_velocity(c, pair), pair->normal);
     double least = pair->distance > floor ? (floor - pair->distance) / dt : 0.0;
-    Vec3 carried = {0, 0, 0};
-    for (int a = 0; a < 4; a++) {
-        if (pair->place[a] >= c->def->vertex_count) { /* of a mesh */
-            Vec3 v = contact_velocity(c, pair->place[a]);
-            carried = vec3_axpy(carried, -pair->weight[a], v);
-        }
-    }
-    contact_impulse(c, 4, pair->place, pair->weight, pair->normal, carried, vn, least);
+    contact_impulse(c, 4, pair->place, pair->weight, pair->normal, carried_by_mesh(c, pair), vn,
+                    least);
 }
 
 void self_impulses(Contact *c, double dt) {

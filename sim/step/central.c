@@ -184,9 +184,7 @@ static bool advance(const System *system, void *data, State *state, double time_
     }
     longest = fmin(longest, fmax(contact_step(system, state, interval),
                                  LEAST_CONTACT_SHARE * explicit_limit(central->engine)));
-    if (state->contact.shrink > 0.0 && system->contact.reference_step > 0.0) {
-        longest = fmin(longest, state->contact.shrink * system->contact.reference_step);
-    }
+    longest = fmin(longest, contact_longest_step(&system->contact, &state->contact));
     ExplicitResult result = {0};
     for (int halvings = 0; halvings <= STEP_MAX_HALVINGS; halvings++) {
         ExplicitRun run = {.steps = (int)fmax(1.0, ceil(interval / longest - 1e-9))};

@@ -5,10 +5,9 @@
 
 const char statistic_names[] =
     "asleep\nsteps\nretries\nstep_length\nnewton_iterations\nfactorisations\nresidual\n"
-    "kinetic\nelastic\ngravity\ncontact\nwork\nstretch\nsmallest_gap\nsmallest_self_"
-    "gap\ntruncations\n"
-    "impulses\nlag\npairs\nevaluations\nrebuilds\nfriction\ndamping\nguard\nsides\napproach\ncpu\n"
-    "seconds\ncontact_seconds\nsearch_seconds\n";
+    "kinetic\nelastic\ngravity\ncontact\nwork\nstretch\nsmallest_gap\nsmallest_self_gap\n"
+    "truncations\nimpulses\nlag\npairs\nevaluations\nrebuilds\n"
+    "friction\ndamping\nguard\nsides\napproach\ncpu\nseconds\ncontact_seconds\nsearch_seconds\n";
 
 /* [m] skin beside half the cloth's thickness on either side; below it contact needs tiny steps */
 #define LEAST_CONTACT_DISTANCE 1e-3
@@ -305,7 +304,6 @@ void state_copy(const System *system, State *to, const State *from) {
     }
     to->contact.approach = from->contact.approach;
     to->contact.stiffness = from->contact.stiffness;
-    to->contact.shrink = from->contact.shrink;
     to->contact.touch_count = from->contact.touch_count;
     to->contact.pair_count = from->contact.pair_count;
     memcpy(to->contact.pairs, from->contact.pairs,

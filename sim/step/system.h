@@ -66,8 +66,8 @@ typedef struct Statistics {
     double kinetic, elastic, gravity, contact; /* [J] at the end of the frame */
     double work;                               /* [J] done by handles during the frame */
     double stretch; /* largest of a lattice's cell along its threads at the end of the frame */
-    double smallest_gap, smallest_self_gap; /* [m] to obstacles, of cloth to cloth; INFINITY
-                                                  when none was near */
+    double smallest_gap, smallest_self_gap; /* [m] to obstacles, of cloth to cloth; INFINITY: none
+                                               was near */
     double truncations, impulses, lag;      /* guard; lag [s] of the slowest obstacle */
     double pairs, evaluations, rebuilds;    /* listed and looked at (mean of a step); searches */
     double friction, damping, guard, sides; /* [J] taken out of the cloth in the frame */
