@@ -299,7 +299,7 @@ static void test_twist(void **unused) {
                "  - hold: tube.start\n    turn: {axis: z, by: -288 deg, from: 0 s, to: 4 s}\n"
                "  - hold: tube.end\n    turn: {axis: z, by: 288 deg, from: 0 s, to: 4 s}\n"
                "gravity: 0 m/s2\nsolver: {stepper: central}\n");
-    double lost = 0.0, work = 0.0, friction = 0.0, worst = 0.0, before = 0.0;
+    double lost = 0.0, work = 0.0, friction = 0.0, worst = 0.0, returned = 0.0;
     const Statistics *s = &play.sim.statistics;
     for (int f = 1; f <= 84; f++) {
         play_to(&play, f / 30.0);
@@ -308,12 +308,12 @@ static void test_twist(void **unused) {
         work += s->work;
         worst = fmax(worst, fabs(s->kinetic + s->elastic + s->contact + lost - work));
         friction += s->friction;
-        before = fmax(before, -s->friction);
+        returned = fmax(returned, -s->friction);
     }
     CHECK_AT_MOST((double)crossings, 0.0);
     CHECK_AT_MOST(worst / work, 0.02);
     CHECK_AT_MOST(0.05, friction / work);
-    CHECK_AT_MOST(before / work, 0.01); /* what bristles give back */
+    CHECK_AT_MOST(returned / work, 0.01); /* what bristles give back */
     play_end(&play);
 }
 

@@ -86,6 +86,7 @@ static void place_all(Explicit *e) {
     e->sides = arena_push(system->arena, Sides, system->cloth_count);
     for (int c = 0; c < system->cloth_count; c++) {
         const Cloth *cloth = &system->cloths[c];
+        int *slot = e->slot + system->first[c];
         if (cloth->lattice) {
             place_lattice(e, c, &slots);
             e->grain[c] = row_grain(cloth->lattice);
@@ -93,10 +94,10 @@ static void place_all(Explicit *e) {
             chunks = row_chunks > chunks ? row_chunks : chunks;
             size_t stride = (size_t)cloth->lattice->stride;
             widest = stride > widest ? stride : widest;
-        }
-        int *slot = e->slot + system->first[c];
-        for (int i = 0; !cloth->lattice && i < cloth->node_count + cloth->ghost_count; i++) {
-            slot[i] = slots++;
+        } else {
+            for (int i = 0; i < cloth->node_count + cloth->ghost_count; i++) {
+                slot[i] = slots++;
+            }
         }
         e->sides[c] = sides_create(cloth, &e->lattices[c], slot, system->arena);
     }

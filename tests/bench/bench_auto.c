@@ -33,6 +33,9 @@ typedef struct Case {
     "    fabric: {name: f, weight: 150 g/m2, thickness: 0.5 mm, isotropic: {stretch: " stretch     \
     " N/m, poisson: 0.2, bending: " bending " N m}}\n"
 #define CORNERS "handles: [{hold: [sheet.top-left, sheet.top-right]}]\n"
+#define ON_BALL                                                                                    \
+    "    at: [0, 0, 2 cm]\n"                                                                       \
+    "obstacles: {ball: {sphere: {radius: 15 cm}, at: [0, 0, -15 cm], friction: 0.3}}\n"
 #define TILTED "    turn: {axis: x, by: 30 deg}\n"
 
 static const Case cases[] = {
@@ -48,15 +51,9 @@ static const Case cases[] = {
      "    fabric: {name: f, weight: 150 g/m2, thickness: 0.5 mm, isotropic: {stretch: 1000 N/m,"
      " poisson: 0.2, bending: 1e-4 N m}}\nhandles: [{hold: sheet, nearest: [0, 20 cm]}]\n"},
     {"fall on a ball; limp", "mlpg", 31, 0.5, true, false,
-     SHEET("60 cm", "31 x 31", "mlpg", "1000",
-           "1e-5") "    at: [0, 0, 2 cm]\n"
-                   "obstacles: {ball: {sphere: {radius: 15 cm}, at: [0, 0, -15 cm], friction: "
-                   "0.3}}\n"},
+     SHEET("60 cm", "31 x 31", "mlpg", "1000", "1e-5") ON_BALL},
     {"fall on a ball; particles", "particles", 26, 0.5, true, false,
-     SHEET("60 cm", "26 x 26", "particles", "2000",
-           "3e-5") "    at: [0, 0, 2 cm]\n"
-                   "obstacles: {ball: {sphere: {radius: 15 cm}, at: [0, 0, -15 cm], friction: "
-                   "0.3}}\n"},
+     SHEET("60 cm", "26 x 26", "particles", "2000", "3e-5") ON_BALL},
     {"fall on a cube; triangles", "triangles", 26, 0.4, true, false,
      SHEET("60 cm", "26 x 26", "triangles", "1000",
            "1e-4") "    at: [0, 0, 1 cm]\n"
