@@ -39,7 +39,7 @@ static void patch_make(Patch *p, double stretch, double noise) {
                                 .c22 = 200,
                                 .bounded = true};
     p->lanes = lanes_create((NV + 2) * STRIDE + LANE_MARGIN, &p->arena);
-    p->sides = sides_create(&(Cloth){0}, &p->lattice, NULL, &p->arena);
+    p->sides = sides_create(&p->lattice, &p->arena);
     for (int i = 0; i < NU * NV; i++) {
         double flat[3] = {stretch * SPACING1 * (i % NU), stretch * SPACING2 * (i / NU), 0.0};
         for (int a = 0; a < 3; a++) {

@@ -7,18 +7,14 @@
 #include "sim/step/air.h"
 #include "sim/step/impulse.h"
 #include "sim/step/lead.h"
+#include "sim/step/limit.h"
 #include "sim/step/sides.h"
+#include "sim/step/steer.h"
 #include "sim/step/stepper.h"
 
 /* nodes a thread takes at once, some 10 us; with fewer, starting the threads costs more than they
  * save, and each chunk repeats a row of cells and two of moments */
 #define NODE_GRAIN 1000
-
-/* where the targets of a handle stand */
-typedef struct Placed {
-    bool holds;
-    Pose pose;
-} Placed;
 
 struct Explicit {
     const System *system;
@@ -31,17 +27,12 @@ struct Explicit {
     double *chunk_speed;    /* [m2/s2] */
     int *grain;             /* (cloth_count) rows of a chunk */
     Sides *sides;           /* (cloth_count) all zero where they are free */
+    Limit *limits;          /* (cloth_count) of springs; all zero where there is none */
     double *x, *gradient;   /* (place_count x 3) for cloths without a sweep */
     double *ahead[2];       /* [m] (place_count x 3) likewise: bent, stretched */
-    unsigned char *held;    /* (place_count) */
-    int held_count;
-    int *held_places; /* (held_count) rising */
-    double *targets;  /* [m] (place_count x 3) of held places */
-    Placed *placed;   /* (handle_count) what the targets are made of */
-    bool targets_known;
-    double *v_held;    /* [m/s] (place_count x 3) of held places before a kick */
-    double *marked[3]; /* [m] (slot_count) positions from which spreads count */
-    Contact *contact;  /* NULL: nothing can touch */
+    Steer steer;            /* what handles hold */
+    double *marked[3];      /* [m] (slot_count) positions from which spreads count */
+    Contact *contact;       /* NULL: nothing can touch */
     Lead bending, membrane;
     double damped;      /* [J] of this interval: by mass damping, of cloths without a sweep */
     double air_work;    /* [J] of this interval */
@@ -84,6 +75,7 @@ static void place_all(Explicit *e) {
     e->lattices = arena_push(system->arena, SweepLattice, system->cloth_count);
     e->grain = arena_push(system->arena, int, system->cloth_count);
     e->sides = arena_push(system->arena, Sides, system->cloth_count);
+    e->limits = arena_push(system->arena, Limit, system->cloth_count);
     for (int c = 0; c < system->cloth_count; c++) {
         const Cloth *cloth = &system->cloths[c];
         int *slot = e->slot + system->first[c];
@@ -99,7 +91,8 @@ static void place_all(Explicit *e) {
                 slot[i] = slots++;
             }
         }
-        e->sides[c] = sides_create(cloth, &e->lattices[c], slot, system->arena);
+        e->sides[c] = sides_create(&e->lattices[c], system->arena);
+        e->limits[c] = limit_create(cloth, slot, system->arena);
     }
     e->lanes = lanes_create(slots, system->arena);
     e->buffer_size = SWEEP_BUFFER_ROWS * widest + LANE_MARGIN;
@@ -116,11 +109,7 @@ Explicit *explicit_create(const System *system) {
     e->gradient = arena_push(system->arena, double, 3 * system->place_count);
     e->ahead[0] = arena_push(system->arena, double, 3 * system->place_count);
     e->ahead[1] = arena_push(system->arena, double, 3 * system->place_count);
-    e->v_held = arena_push(system->arena, double, 3 * system->place_count);
-    e->targets = arena_push(system->arena, double, 3 * system->place_count);
-    e->placed = arena_push(system->arena, Placed, system->handle_count);
-    e->held_places = arena_push(system->arena, int, system->place_count);
-    e->held = arena_push(system->arena, unsigned char, system->place_count);
+    e->steer = steer_create(system);
     if (system_has_contact(system)) {
         e->contact = contact_create(&system->contact, system->arena);
         for (int a = 0; a < 3; a++) {
@@ -325,56 +314,13 @@ static double drift(Explicit *e, double dt) {
     return sqrt(fastest);
 }
 
-/* targets of the held places at `time`. Those of a handle that rests stay; where two handles hold
- * the same place the later one counts, so all that follow a moved one are placed again. */
-static void place_targets(Explicit *e, double time) {
-    const System *system = e->system;
-    bool again = !e->targets_known;
-    for (int h = 0; h < system->handle_count && !again; h++) {
-        again = e->placed[h].holds != (time <= system->handles[h].def->release);
-    }
-    for (int h = 0; h < system->handle_count; h++) {
-        const Handle *handle = &system->handles[h];
-        Placed now = {time <= handle->def->release, motion_pose(&handle->def->motion, time)};
-        again = again || memcmp(&e->placed[h].pose, &now.pose, sizeof now.pose) != 0;
-        e->placed[h] = now;
-        for (int i = 0; i < handle->count && again && now.holds; i++) {
-            Vec3 p = pose_apply(now.pose, vec3_load(handle->start + 3 * i));
-            vec3_store(e->targets + 3 * (size_t)handle->places[i], p);
-        }
-    }
-    e->targets_known = true;
-}
-
-/* takes one held place to its target; adds the work on the cloth: minus inner force times motion */
-static void steer_place(Explicit *e, int i, const SweepKick *kick, double dt, double *work) {
-    int slot = e->slot[i];
-    double mass = e->system->mass[i], *v_held = e->v_held + 3 * i;
-    double push[3] = {kick->push.x, kick->push.y, kick->push.z};
-    for (int a = 0; a < 3; a++) {
-        double *v = &e->lanes.v[a][slot];
-        double moved = e->targets[3 * i + a] - e->lanes.x[a][slot];
-        if (moved == 0.0) {
-            *v = v_held[a] = 0.0;
-            continue;
-        }
-        if (mass > 0.0) { /* ghosts have none */
-            double internal = mass * ((*v / kick->keep - v_held[a]) / kick->dt - push[a]);
-            *work -= internal * moved;
-        }
-        *v = v_held[a] = moved / dt;
-    }
-}
-
+/* takes held places to their targets; returns the work [J] */
 static double steer_held(Explicit *e, double dt, double kick_dt, double time_end) {
-    const System *system = e->system;
     double work = 0.0;
-    place_targets(e, time_end);
-    for (int c = 0, k = 0; c < system->cloth_count; c++) {
+    steer_place_targets(&e->steer, time_end);
+    for (int c = 0; c < e->system->cloth_count; c++) {
         SweepKick one = kick_of(e, c, kick_dt);
-        for (; k < e->held_count && e->held_places[k] < system->first[c + 1]; k++) {
-            steer_place(e, e->held_places[k], &one, dt, &work);
-        }
+        steer_cloth(&e->steer, &e->lanes, e->slot, c, &one, dt, &work);
     }
     return work;
 }
@@ -434,7 +380,7 @@ static double kinetic_now(const Explicit *e) {
     for (int i = 0; i < e->system->place_count; i++) {
         int s = e->slot[i];
         double x = e->lanes.v[0][s], y = e->lanes.v[1][s], z = e->lanes.v[2][s];
-        energy += e->held[i] ? 0.0 : 0.5 * e->system->mass[i] * (x * x + y * y + z * z);
+        energy += e->steer.held[i] ? 0.0 : 0.5 * e->system->mass[i] * (x * x + y * y + z * z);
     }
     return energy;
 }
@@ -448,7 +394,9 @@ static void stop_all(Explicit *e) {
 /* before a kick, with its inertia; `all`: not only where the last kick saw some */
 static void find_sides(Explicit *e, bool all) {
     for (int c = 0; c < e->system->cloth_count; c++) {
-        sides_find(&e->sides[c], &e->lanes, e->held + e->system->first[c], all);
+        const unsigned char *held = e->steer.held + e->system->first[c];
+        sides_find(&e->sides[c], &e->lanes, held, all);
+        limit_see(&e->limits[c], held);
     }
 }
 
@@ -462,10 +410,11 @@ static double stored_in_sides(Explicit *e) {
     return energy;
 }
 
-/* after it: no side grows in a drift of dt */
+/* after it: no side and no spring grows beyond its bound in a drift of dt */
 static void hold_sides(Explicit *e, double dt, double share) {
     for (int c = 0; c < e->system->cloth_count; c++) {
-        e->sides_taken += sides_hold(&e->sides[c], &e->lanes, dt, share);
+        double taken = sides_hold(&e->sides[c], &e->lanes, dt, share);
+        e->sides_taken += taken + limit_hold(&e->limits[c], &e->lanes, dt);
     }
 }
 
@@ -535,9 +484,9 @@ static void run_steps(Explicit *e, const ExplicitRun *run, const State *state,
 
 static double total_energy(Explicit *e, double dt, const State *state, double *scale,
                            double *contact) {
-    double kinetic = system_kinetic_energy(e->system, state->v, e->held);
+    double kinetic = system_kinetic_energy(e->system, state->v, e->steer.held);
     double elastic = system_elastic_energy(e->system, state->x);
-    double gravity = system_gravity_energy(e->system, state->x, e->held);
+    double gravity = system_gravity_energy(e->system, state->x, e->steer.held);
     *contact = e->contact ? contact_energy(e->contact, dt) : 0.0;
     *scale = fmax(*scale, kinetic + elastic + *contact);
     return kinetic + elastic + gravity + *contact;
@@ -548,43 +497,28 @@ static void store(Explicit *e, State *state, double time_end) {
     gather(e, 0, e->system->place_count, e->lanes.v, state->v);
     state->time = time_end;
     system_store_history(e->system, state);
-    for (int i = 0; i < e->system->place_count; i++) {
-        for (int a = 0; a < 3 && e->held[i]; a++) {
-            /* the kick at the end does not move a handle */
-            state->v[3 * i + a] = e->v_held[3 * i + a];
-        }
-    }
+    steer_end(&e->steer, state->v);
     if (e->contact) {
         contact_end(e->contact, &state->contact);
     }
     impulse_end(&e->impulse, e->system, state);
 }
 
-static void mark_held(Explicit *e, double time) {
-    system_mark_held(e->system, time, e->held);
-    e->held_count = 0;
-    for (int i = 0; i < e->system->place_count; i++) {
-        e->held_places[e->held_count] = i;
-        e->held_count += e->held[i] != 0;
-    }
-}
-
 ExplicitResult explicit_interval(Explicit *e, const ExplicitRun *run, State *state) {
     ExplicitResult result = {.contact = {.smallest_gap = INFINITY, .smallest_self_gap = INFINITY}};
     load(e, state);
     system_load_history(e->system, state);
-    mark_held(e, state->time);
+    steer_begin(&e->steer, state);
     e->air_work = e->damped = 0.0;
     set_damping(e, run);
     e->sides_taken = stored_in_sides(e);
     drift(e, 0.0); /* puts ghosts, curvature and stretch in their places */
     if (e->contact) {
         ContactMotion motion = {fastest_now, mark_places, spread_now, e};
-        contact_begin(e->contact, (ContactView){&e->lanes, e->slot, e->held, motion},
+        contact_begin(e->contact, (ContactView){&e->lanes, e->slot, e->steer.held, motion},
                       &state->contact, run->dt);
     }
     double contact, before = total_energy(e, run->dt, state, &result.energy_scale, &contact);
-    memcpy(e->v_held, state->v, 3 * (size_t)e->system->place_count * sizeof *e->v_held);
     impulse_start(&e->impulse, e->system, state);
     run_steps(e, run, state, &result);
     store(e, state, state->time + (run->kinetic_damping ? 0.0 : run->steps * run->dt));

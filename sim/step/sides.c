@@ -2,9 +2,9 @@
 
 #include <math.h>
 
-Sides sides_create(const Cloth *cloth, const SweepLattice *lattice, const int *slot, Arena *arena) {
+Sides sides_create(const SweepLattice *lattice, Arena *arena) {
     if (!lattice->bounded) {
-        return (Sides){.limit = limit_create(cloth, slot, arena)};
+        return (Sides){0};
     }
     SweepSides seen = {arena_push(arena, unsigned char, lattice->nv),
                        arena_push(arena, unsigned char, lattice->nu * lattice->nv)};
@@ -71,7 +71,6 @@ static void add_cell(Sides *sides, const Lanes *lanes, const unsigned char *held
 void sides_find(Sides *sides, const Lanes *lanes, const unsigned char *held, bool all) {
     const SweepLattice *l = sides->lattice;
     sides->count = 0;
-    limit_see(&sides->limit, held);
     for (int j = 0; l && j + 1 < l->nv; j++) {
         const unsigned char *cell = sides->seen.cell + j * l->nu;
         for (int i = 0; (all || sides->seen.row[j]) && i < (l->wrap ? l->nu : l->nu - 1); i++) {
@@ -131,5 +130,5 @@ double sides_hold(Sides *sides, const Lanes *lanes, double dt, double share) {
         const LongSide *side = &sides->list[k];
         lost += 0.5 * side->impulse * (side->before + growth(side, lanes));
     }
-    return lost + limit_hold(&sides->limit, lanes, dt);
+    return lost;
 }

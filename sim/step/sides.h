@@ -11,7 +11,6 @@
 #include "sim/base/arena.h"
 #include "sim/geom/lanes.h"
 #include "sim/model/side_bound.h"
-#include "sim/step/limit.h"
 
 /* A side of a cell that is too long. */
 typedef struct LongSide {
@@ -31,12 +30,11 @@ typedef struct Sides {
     SweepSides seen; /* by the last kick */
     LongSide *list;  /* (count) in this kick */
     int count, room;
-    Limit limit; /* of springs; find and hold serve it too */
     Arena *arena;
 } Sides;
 
-/* All zero when the sides of the cloth are free; slot: of its places. */
-Sides sides_create(const Cloth *cloth, const SweepLattice *lattice, const int *slot, Arena *arena);
+/* All zero when the sides of the lattice are free. */
+Sides sides_create(const SweepLattice *lattice, Arena *arena);
 
 /* Before a kick: lists the sides of the cells that the last kick saw, or of all; `held` (nu x nv) nodes
  * have no mobility. */

@@ -1,0 +1,80 @@
+#include "sim/step/steer.h"
+
+#include <string.h>
+
+Steer steer_create(const System *system) {
+    return (Steer){.system = system,
+                   .held = arena_push(system->arena, unsigned char, system->place_count),
+                   .held_places = arena_push(system->arena, int, system->place_count),
+                   .targets = arena_push(system->arena, double, 3 * system->place_count),
+                   .placed = arena_push(system->arena, Placed, system->handle_count),
+                   .v_held = arena_push(system->arena, double, 3 * system->place_count)};
+}
+
+void steer_begin(Steer *s, const State *state) {
+    system_mark_held(s->system, state->time, s->held);
+    s->held_count = 0;
+    for (int i = 0; i < s->system->place_count; i++) {
+        s->held_places[s->held_count] = i;
+        s->held_count += s->held[i] != 0;
+    }
+    memcpy(s->v_held, state->v, 3 * (size_t)s->system->place_count * sizeof *s->v_held);
+}
+
+/* Targets of a handle that rests stay; where two handles hold the same place the later one counts, so
+ * all that follow a moved one are placed again. */
+void steer_place_targets(Steer *s, double time) {
+    const System *system = s->system;
+    bool again = !s->targets_known;
+    for (int h = 0; h < system->handle_count && !again; h++) {
+        again = s->placed[h].holds != (time <= system->handles[h].def->release);
+    }
+    for (int h = 0; h < system->handle_count; h++) {
+        const Handle *handle = &system->handles[h];
+        Placed now = {time <= handle->def->release, motion_pose(&handle->def->motion, time)};
+        again = again || memcmp(&s->placed[h].pose, &now.pose, sizeof now.pose) != 0;
+        s->placed[h] = now;
+        for (int i = 0; i < handle->count && again && now.holds; i++) {
+            Vec3 p = pose_apply(now.pose, vec3_load(handle->start + 3 * i));
+            vec3_store(s->targets + 3 * (size_t)handle->places[i], p);
+        }
+    }
+    s->targets_known = true;
+}
+
+static void steer_place(Steer *s, const Lanes *lanes, int i, int slot, const SweepKick *kick,
+                        double dt, double *work) {
+    double mass = s->system->mass[i], *v_held = s->v_held + 3 * i;
+    double push[3] = {kick->push.x, kick->push.y, kick->push.z};
+    for (int a = 0; a < 3; a++) {
+        double *v = &lanes->v[a][slot];
+        double moved = s->targets[3 * i + a] - lanes->x[a][slot];
+        if (moved == 0.0) {
+            *v = v_held[a] = 0.0;
+            continue;
+        }
+        if (mass > 0.0) { /* ghosts have none */
+            double internal = mass * ((*v / kick->keep - v_held[a]) / kick->dt - push[a]);
+            *work -= internal * moved;
+        }
+        *v = v_held[a] = moved / dt;
+    }
+}
+
+void steer_cloth(Steer *s, const Lanes *lanes, const int *slot, int c, const SweepKick *kick,
+                 double dt, double *work) {
+    const int *first = s->system->first;
+    for (int k = 0; k < s->held_count && s->held_places[k] < first[c + 1]; k++) {
+        int i = s->held_places[k];
+        if (i >= first[c]) {
+            steer_place(s, lanes, i, slot[i], kick, dt, work);
+        }
+    }
+}
+
+void steer_end(const Steer *s, double *v) {
+    for (int k = 0; k < s->held_count; k++) {
+        memcpy(v + 3 * (size_t)s->held_places[k], s->v_held + 3 * (size_t)s->held_places[k],
+               3 * sizeof *v);
+    }
+}

@@ -1,0 +1,43 @@
+/* steer.h: what handles hold on the explicit road: where it must be at the end of a step, and the
+ * work that takes. */
+#ifndef TOILE_STEP_STEER_H
+#define TOILE_STEP_STEER_H
+
+#include "sim/geom/lanes.h"
+#include "sim/model/sweep.h"
+#include "sim/step/system.h"
+
+/* where the targets of a handle stand */
+typedef struct Placed {
+    bool holds;
+    Pose pose;
+} Placed;
+
+typedef struct Steer {
+    const System *system;
+    unsigned char *held; /* (place_count) */
+    int held_count;
+    int *held_places; /* (held_count) rising */
+    double *targets;  /* [m] (place_count x 3) of held places */
+    Placed *placed;   /* (handle_count) what the targets are made of */
+    bool targets_known;
+    double *v_held; /* [m/s] (place_count x 3) of held places before a kick */
+} Steer;
+
+Steer steer_create(const System *system);
+
+/* An interval begins at this state: what is held in it. */
+void steer_begin(Steer *steer, const State *state);
+
+/* Targets at `time` [s], for the step that ends there. */
+void steer_place_targets(Steer *steer, double time);
+
+/* After a kick of cloth c: gives its held places the velocities that lead to their targets in dt.
+ * slot: (place_count). Adds the work [J] on the cloth, minus inner force times motion. */
+void steer_cloth(Steer *steer, const Lanes *lanes, const int *slot, int c, const SweepKick *kick,
+                 double dt, double *work);
+
+/* The velocities v (place_count x 3) of held places at the end: no kick moves a handle. */
+void steer_end(const Steer *steer, double *v);
+
+#endif
