@@ -153,6 +153,7 @@ void contact_mark_changed(Contact *c, int place); /* before it is */
 
 /* self.c: cloth with cloth. c->motion must be that of the velocities of now. */
 void self_begin(Contact *c, double dt);
+void self_find(Contact *c, double dt); /* the pairs that are near at the positions of now */
 void self_forces(Contact *c, double dt, double share);
 void self_refresh(Contact *c, double dt);
 void self_impulses(Contact *c, double dt);
@@ -168,6 +169,7 @@ void mesh_demand(Contact *c, int obstacle, double dt); /* after c->next was set 
 /* phi for a mesh, see free_share in obstacle.c */
 double mesh_free_share(const Contact *c, int obstacle, double dt);
 void mesh_move(Contact *c, int obstacle, double phi);
+double pair_friction(const Contact *c, const Pair *pair); /* mu */
 /* the mesh that a pair is at, or -1 */
 int pair_obstacle(const Contact *c, const Pair *pair);
 /* How far the mesh side of a pair will reach beyond its closest point [m]; `away` is the normal
@@ -179,6 +181,8 @@ void obstacle_evaluate(Contact *c, const Points *x, Touch *touch);
 
 /* obstacle.c: cloth with obstacles */
 void obstacle_begin(Contact *c, double dt);
+void obstacle_find(Contact *c, double dt);                   /* the touches that are near now */
+double touch_friction(const Contact *c, const Touch *touch); /* mu */
 void obstacle_demand(Contact *c, double dt, double time_end);
 void obstacle_forces(Contact *c, double dt, double share);
 void obstacle_refresh(Contact *c, double dt);

@@ -274,7 +274,7 @@ static Vec3 touch_velocity(const Contact *c, const Touch *touch) {
     return contact_point_velocity(c, corner_count(touch), touch->place, touch->weight);
 }
 
-static double touch_friction(const Contact *c, const Touch *touch) {
+double touch_friction(const Contact *c, const Touch *touch) {
     double own = c->def->obstacles[touch->obstacle].friction;
     return own >= 0.0 ? own : c->def->friction[touch->place[0]];
 }
@@ -355,14 +355,21 @@ static bool all_held(const Contact *c, const Touch *touch) {
     return held;
 }
 
-void obstacle_forces(Contact *c, double dt, double share) {
+void obstacle_find(Contact *c, double dt) {
     search(c, true, dt);
     evaluate(c);
+    for (int k = 0; k < c->due_touch_count; k++) {
+        const Touch *touch = &c->touches[c->due_touches[k]];
+        c->statistics.smallest_gap = min2(c->statistics.smallest_gap, touch->distance);
+    }
+}
+
+void obstacle_forces(Contact *c, double dt, double share) {
+    obstacle_find(c, dt);
     contact_clear_twins(c, c->due_touch_count);
     for (int k = 0; k < c->due_touch_count; k++) {
         Touch *touch = &c->touches[c->due_touches[k]];
         bool vertex = touch->place[1] < 0;
-        c->statistics.smallest_gap = min2(c->statistics.smallest_gap, touch->distance);
         if (touch->distance >= touch_distance(c, touch) || all_held(c, touch) ||
             (!vertex && at_corner(touch))) {
             forget(c, touch);

@@ -136,7 +136,7 @@ static double pair_stiffness(const Contact *c, const Pair *pair, double dt) {
     return share * pair->soft * pair_mass(c, pair) / (step * step);
 }
 
-static double pair_friction(const Contact *c, const Pair *pair) {
+double pair_friction(const Contact *c, const Pair *pair) {
     int obstacle = pair_obstacle(c, pair);
     if (obstacle >= 0) {
         double own = c->def->obstacles[obstacle].friction;
@@ -214,7 +214,7 @@ static bool is_active(Contact *c, int p) {
     return twin < 0;
 }
 
-void self_forces(Contact *c, double dt, double share) {
+void self_find(Contact *c, double dt) {
     Lists *l = &c->lists;
     int spent = 0;
     for (int i = 0; i < l->group_pair_count; i++) {
@@ -226,14 +226,20 @@ void self_forces(Contact *c, double dt, double share) {
     } else {
         evaluate(c);
     }
-    contact_clear_twins(c, c->due_count);
     for (int k = 0; k < c->due_count; k++) {
-        Pair *pair = &l->pairs[c->due_pairs[k].pair];
+        const Pair *pair = &l->pairs[c->due_pairs[k].pair];
         double *gap = pair_obstacle(c, pair) < 0 ? &c->statistics.smallest_self_gap
                                                  : &c->statistics.smallest_gap;
         *gap = min2(*gap, pair->distance);
+    }
+}
+
+void self_forces(Contact *c, double dt, double share) {
+    self_find(c, dt);
+    contact_clear_twins(c, c->due_count);
+    for (int k = 0; k < c->due_count; k++) {
         if (is_active(c, c->due_pairs[k].pair)) {
-            push_pair(c, pair, dt, share);
+            push_pair(c, &c->lists.pairs[c->due_pairs[k].pair], dt, share);
         }
     }
 }
