@@ -112,6 +112,26 @@ void plan_print(const Sim *sim, FILE *out, bool json) {
     fprintf(out, "  estimate: %.2g CPU s, %.2g MB\n", cost.seconds, cost.megabytes);
 }
 
+static void print_contact(const Sim *sim, FILE *out) {
+    const Statistics *t = &sim->total;
+    fprintf(out,
+            "sim: impulses %.0f, shortened moves %.0f, searches %.0f; last frame: %.0f pairs "
+            "listed, %.0f near\n",
+            t->impulses, t->truncations, t->rebuilds, sim->statistics.pairs,
+            sim->statistics.evaluations);
+    if (sim->system.contact.impulses) {
+        fprintf(out, "sim: collisions in %.0f rounds, %.0f impact zones of %.0f vertices\n",
+                t->rounds, t->zones, t->zone_vertices);
+    }
+    fprintf(out,
+            "sim: friction took %.3g J, contact damping %.3g J, the guard %.3g J, "
+            "the bound on sides %.3g J\n",
+            t->friction, t->damping, t->guard, t->sides);
+    fprintf(out, "sim: %.0f %% of the time for contact, %.0f %% for its lists\n",
+            100.0 * t->contact_seconds / fmax(t->seconds, 1e-9),
+            100.0 * t->search_seconds / fmax(t->seconds, 1e-9));
+}
+
 void plan_print_summary(const Sim *sim, FILE *out, bool json) {
     const Statistics *t = &sim->total;
     const char *gap = isfinite(t->smallest_gap) ? "" : "no contact";
@@ -141,17 +161,6 @@ void plan_print_summary(const Sim *sim, FILE *out, bool json) {
         fprintf(out, "sim: smallest gap of cloth to cloth %.3g mm\n", 1e3 * t->smallest_self_gap);
     }
     if (system_has_contact(&sim->system)) {
-        fprintf(out,
-                "sim: impulses %.0f, shortened moves %.0f, searches %.0f; last frame: %.0f pairs "
-                "listed, %.0f near\n",
-                t->impulses, t->truncations, t->rebuilds, sim->statistics.pairs,
-                sim->statistics.evaluations);
-        fprintf(out,
-                "sim: friction took %.3g J, contact damping %.3g J, the guard %.3g J, "
-                "the bound on sides %.3g J\n",
-                t->friction, t->damping, t->guard, t->sides);
-        fprintf(out, "sim: %.0f %% of the time for contact, %.0f %% for its lists\n",
-                100.0 * t->contact_seconds / fmax(t->seconds, 1e-9),
-                100.0 * t->search_seconds / fmax(t->seconds, 1e-9));
+        print_contact(sim, out);
     }
 }

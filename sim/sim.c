@@ -121,6 +121,9 @@ static void add_up(Statistics *total, const Statistics *frame) {
     total->smallest_gap = fmin(total->smallest_gap, frame->smallest_gap);
     total->smallest_self_gap = fmin(total->smallest_self_gap, frame->smallest_self_gap);
     total->rebuilds += frame->rebuilds;
+    total->rounds += frame->rounds;
+    total->zones += frame->zones;
+    total->zone_vertices += frame->zone_vertices;
     total->friction += frame->friction;
     total->damping += frame->damping;
     total->guard += frame->guard;

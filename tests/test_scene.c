@@ -332,6 +332,8 @@ static void test_rest(void **state) {
     assert_int_equal(scene.solver.newton_iterations, 3);
     CHECK_NEAR(scene.solver.courant, 0.7, 1e-15);
     CHECK_NEAR(scene.solver.contact_distance, 1e-3, 1e-15);
+    assert_false(scene.solver.impulses);
+    assert_true(parse(HEAD SHEET "solver: {contact: impulses}\n").solver.impulses);
     check_vec(parse(HEAD SHEET "gravity: 1.62 m/s2\n").gravity, 0, 0, -1.62);
 }
 

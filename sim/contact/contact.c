@@ -7,6 +7,7 @@
 #include "sim/base/hash.h"
 #include "sim/contact/engine.h"
 #include "sim/contact/force.h"
+#include "sim/contact/impulses.h"
 
 #define TWIN_SPACE 4   /* places of the hash table per contact */
 #define MOST_ROUNDS 12 /* of shortening after searches; more speed needs more than one by rule */
@@ -126,6 +127,7 @@ Contact *contact_create(const ContactDef *def, Arena *arena) {
     }
     create_obstacles(c, arena);
     c->quiet = quiet_create(&c->surface, arena);
+    c->impulses = def->impulses ? impulses_create(c, arena) : NULL;
     return c;
 }
 
@@ -251,8 +253,7 @@ static void move_groups(Contact *c) {
     }
 }
 
-/* the groups of the vertices that the guard changed */
-static void move_changed_groups(Contact *c) {
+void contact_move_changed_groups(Contact *c) {
     for (int k = 0; k < c->changed_count; k++) {
         int place = c->changed[k];
         for (int m = c->vertex_group_begin[place]; m < c->vertex_group_begin[place + 1]; m++) {
@@ -335,7 +336,9 @@ static void adapt(Contact *c, ContactMemory *memory) {
 void contact_end(Contact *c, ContactMemory *memory) {
     gather_velocities(c);
     contact_count_losses(c);
-    adapt(c, memory);
+    if (!c->impulses) {
+        adapt(c, memory);
+    }
     size_t o = (size_t)c->def->obstacle_count;
     memcpy(memory->poses, c->poses, o * sizeof *c->poses);
     memcpy(memory->clocks, c->clocks, o * sizeof *c->clocks);
@@ -346,6 +349,22 @@ void contact_end(Contact *c, ContactMemory *memory) {
     memory->pair_count =
         memory->touch_count + lists_remember(&c->lists, memory->pairs + memory->touch_count,
                                              memory->pair_room - memory->touch_count);
+}
+
+/* forces, and the inertia that they need */
+static void push_all(Contact *c, double dt, double share) {
+    if (c->pairs_wanted) {
+        self_forces(c, dt, share);
+    }
+    if (c->def->obstacle_count > 0) {
+        obstacle_forces(c, dt, share);
+    }
+    for (int k = 0; k < c->touched_count; k++) {
+        int place = c->touched[k];
+        double inertia = c->stiff[place] * dt * dt / CONTACT_STABLE_SHARE;
+        double *weight = &c->view.lanes->weight[c->view.slot[place]];
+        *weight = inertia * c->weight_kept[place] > 1.0 ? 1.0 / inertia : c->weight_kept[place];
+    }
 }
 
 void contact_forces(Contact *c, double dt, double share, double time_end) {
@@ -361,17 +380,10 @@ void contact_forces(Contact *c, double dt, double share, double time_end) {
     if (nothing_listed(c) && c->step_count > c->quiet.retry && become_quiet(c, dt)) {
         return;
     }
-    if (c->pairs_wanted) {
-        self_forces(c, dt, share);
-    }
-    if (c->def->obstacle_count > 0) {
-        obstacle_forces(c, dt, share);
-    }
-    for (int k = 0; k < c->touched_count; k++) {
-        int place = c->touched[k];
-        double inertia = c->stiff[place] * dt * dt / CONTACT_STABLE_SHARE;
-        double *weight = &c->view.lanes->weight[c->view.slot[place]];
-        *weight = inertia * c->weight_kept[place] > 1.0 ? 1.0 / inertia : c->weight_kept[place];
+    if (c->impulses) {
+        impulses_find(c, dt);
+    } else {
+        push_all(c, dt, share);
     }
     c->statistics.seconds += clock_seconds() - start;
 }
@@ -389,23 +401,27 @@ static void apply_scales(Contact *c) {
     }
 }
 
-static void guard_all(Contact *c, double dt) {
-    bool self = c->pairs_wanted, obstacles = c->def->obstacle_count > 0;
+/* the velocities after the kick, and lists that are wide enough for them */
+static void refresh(Contact *c, double dt) {
     gather_velocities(c);
     move_groups(c);
-    if (self) {
+    if (c->pairs_wanted) {
         self_refresh(c, dt);
     }
-    if (obstacles) {
+    if (c->def->obstacle_count > 0) {
         obstacle_refresh(c, dt);
     }
+}
+
+static void guard_by_planes(Contact *c, double dt) {
+    bool self = c->pairs_wanted, obstacles = c->def->obstacle_count > 0;
     if (self) {
         self_impulses(c, dt);
     }
     if (obstacles) {
         obstacle_impulses(c, dt);
     }
-    move_changed_groups(c);
+    contact_move_changed_groups(c);
     bool again = true;
     for (int round = 0; round < MOST_ROUNDS && again; round++) {
         if (self) {
@@ -415,7 +431,7 @@ static void guard_all(Contact *c, double dt) {
             obstacle_shorten(c, dt);
         }
         apply_scales(c);
-        move_changed_groups(c);
+        contact_move_changed_groups(c);
         again = c->changed_count > 0 && self && self_check(c, dt);
         again = (c->changed_count > 0 && obstacles && obstacle_check(c, dt)) || again;
     }
@@ -463,13 +479,28 @@ static bool passes_quietly(Contact *c, double dt) {
     return false;
 }
 
+void contact_repel(Contact *c, double dt) {
+    if (c->impulses && !c->quiet.holds) {
+        double start = clock_seconds();
+        refresh(c, dt);
+        impulses_repel(c, dt);
+        write_changed(c);
+        c->statistics.seconds += clock_seconds() - start;
+    }
+}
+
 void contact_guard(Contact *c, double dt) {
     if (passes_quietly(c, dt)) {
         obstacle_move(c, dt);
         return;
     }
     double start = clock_seconds();
-    guard_all(c, dt);
+    refresh(c, dt);
+    if (c->impulses) {
+        impulses_guard(c, dt);
+    } else {
+        guard_by_planes(c, dt);
+    }
     if (c->def->obstacle_count > 0) {
         obstacle_move(c, dt);
         obstacle_advance(c, dt);
@@ -485,6 +516,9 @@ void contact_guard(Contact *c, double dt) {
 const ContactStatistics *contact_statistics(const Contact *c) { return &c->statistics; }
 
 double contact_energy(Contact *c, double dt) {
+    if (c->impulses) {
+        return 0.0;
+    }
     double energy = c->pairs_wanted ? self_energy(c, dt) : 0.0;
     return energy + (c->def->obstacle_count > 0 ? obstacle_energy(c, dt) : 0.0);
 }

@@ -7,7 +7,8 @@
  *        = k tau (dhat - tau) log(tau/d) + k/2 (dhat - tau)^2        below (C2 at tau),
  * and a bristle for friction: t stretches with the relative tangential motion, |kt t| <= mu f.
  * The explicit road's last guard are separating planes: features are convex, so a plane between
- * their closest points parts them, and no vertex leaves its side of any plane in a step.
+ * their closest points parts them, and no vertex leaves its side of any plane in a step. By name it can
+ * have impulses instead of the law and the planes (impulses.h).
  *
  * Obstacles are convex solids (sim/geom/solid.h) and triangle meshes; vertices, edges and triangles
  * of the cloth meet their faces, edges and corners exactly. */
@@ -35,6 +36,7 @@ typedef struct ContactDef {
     double distance;       /* [m] largest contact distance of any cloth */
     double reference_step; /* [s] the explicit step without contact: sets the stiffness */
     bool self;             /* cloth meets itself and other cloth */
+    bool impulses; /* explicit road: impulses.h instead of the law; no obstacle moves then */
     int obstacle_count;
     const ContactObstacle *obstacles;
     int panel_count;
@@ -70,8 +72,10 @@ typedef struct ContactStatistics {
     double work;               /* [J] done on the cloth by moving obstacles */
     double friction, damping;  /* [J] taken out of the cloth */
     double guard; /* [J] by the guard, by the inertia added to crowded vertices, less stiffened */
-    double stiffened;               /* [J] stored by making the law stiffer for the next interval */
-    double approach;                /* [m/s] fastest approach of a near pair */
+    double stiffened; /* [J] stored by making the law stiffer for the next interval */
+    double approach;  /* [m/s] fastest approach of a near pair */
+    double rounds, zones, zone_vertices; /* of collisions; impact zones, summed over steps */
+    bool rejected; /* impact zones would take too much: the interval is not to be used */
     double seconds, search_seconds; /* [s] of the clock: all of contact; the lists in it */
 } ContactStatistics;
 
@@ -107,7 +111,7 @@ double contact_motion_end(const ContactObstacle *obstacle);
 /* Energy E [J], force -dE/dd [N] and stiffness [N/m] of the law above. */
 double contact_law(double distance, double dhat, double k, double *force, double *curvature);
 
-/* ---- explicit road (the implicit one: barrier.h): begin, then per step: forces, kick, clear, guard, drift; end ---- */
+/* ---- explicit road (the implicit one: barrier.h): begin, then per step: forces, kick, clear, repel, guard, drift; end ---- */
 
 /* Takes over memory and makes the lists. */
 void contact_begin(Contact *contact, ContactView view, const ContactMemory *memory, double dt);
@@ -118,6 +122,8 @@ void contact_forces(Contact *contact, double dt, double share, double time_end);
 /* After the kick: takes the forces of this step back out of lanes->f and lanes->weight. `given` [m/s]:
  * what the kick gave to every vertex, whatever its inertia. */
 void contact_clear(Contact *contact, Vec3 given);
+/* After the kick, before bounds on sides and springs: repulsions of contact by impulses. */
+void contact_repel(Contact *contact, double dt);
 /* Changes velocities so that nothing crosses in x += dt v, and moves the obstacles as far as the
  * cloth lets them. */
 void contact_guard(Contact *contact, double dt);

@@ -63,6 +63,8 @@ typedef struct Toll {
     Vec3 before;                     /* [m/s] */
 } Toll;
 
+typedef struct Impulses Impulses;
+
 struct Contact {
     const ContactDef *def;
     Arena *arena;
@@ -117,6 +119,7 @@ struct Contact {
     double *bristles;         /* [m] (vertex_count x obstacle_count x 3) */
     PairMemory *touch_memory; /* bristles of edges and faces at obstacles from the last interval */
     int touch_memory_count, touch_memory_room;
+    Impulses *impulses; /* NULL: the law and planes */
     Quiet quiet;
     ContactStatistics statistics;
 };
@@ -135,6 +138,8 @@ static inline double contact_mobility(const Contact *c, int place) {
     return c->held[place] ? 0.0 : c->weight_kept[place];
 }
 
+/* c->motion of the groups of the vertices that the guard changed. */
+void contact_move_changed_groups(Contact *c);
 /* With the velocities at the end of a step in c->v. */
 void contact_count_losses(Contact *c);
 /* The index that came first with this key since contact_clear_twins, or -1: `index` is the first. */

@@ -66,6 +66,42 @@ static const Schema air_schema = {.name = "air",
                                   .size = sizeof(AirDef),
                                   .set_default = air_set_default};
 
+static const char *const contact_words[] = {"penalty", "impulses", NULL};
+static const char *const impulse_steppers[] = {"auto", "central", "symplectic_euler", NULL};
+
+/* `stepper` and the obstacles are read before */
+static bool read_contact(Reader *reader, const Field *field, const Yaml *value, void *member) {
+    const Field word = {field->key, FIELD_BOOL, .words = contact_words};
+    const Scene *scene = scene_context(reader)->scene;
+    if (!schema_read_field(reader, &word, value, member) || !*(bool *)member) {
+        return *(bool *)member == false;
+    }
+    bool knows = false;
+    for (const char *const *name = impulse_steppers; *name; name++) {
+        knows = knows || strcmp(scene->solver.stepper, *name) == 0;
+    }
+    if (!knows) {
+        return schema_error(reader, value,
+                            "contact by impulses needs the stepper central or "
+                            "symplectic_euler, not %s",
+                            scene->solver.stepper);
+    }
+    for (int o = 0; o < scene->obstacle_count; o++) {
+        const ObstacleDef *obstacle = &scene->obstacles[o];
+        if (obstacle->motion.piece_count > 0 ||
+            (obstacle->mesh && obstacle->mesh->frame_count > 1)) {
+            return schema_error(reader, value,
+                                "obstacle '%s' moves, which needs 'contact: penalty'",
+                                obstacle->name);
+        }
+    }
+    return true;
+}
+
+static void print_contact(FILE *out, int indent, const Field *field, const void *member) {
+    fprintf(out, "%*s%s: %s\n", indent, "", field->key, contact_words[*(const bool *)member]);
+}
+
 static const Field solver_fields[] = {
     {"stepper", FIELD_NAME, offsetof(SolverDef, stepper), .min = 1, .help = "how time advances"},
     {"step", FIELD_NUMBER, offsetof(SolverDef, step), .unit = "s", .min = 1e-9, .max = 10.0,
@@ -81,6 +117,10 @@ static const Field solver_fields[] = {
      .help = "distance kept between cloth and obstacles or cloth; auto: from the thickness"},
     {"self_contact", FIELD_BOOL, offsetof(SolverDef, self_contact),
      .help = "cloth meets itself and other cloth"},
+    {"contact", FIELD_CUSTOM, offsetof(SolverDef, impulses), .words = contact_words,
+     .read = read_contact, .print = print_contact,
+     .help =
+         "penalty, the default: a force law and planes; impulses: Bridson's, with impact zones"},
     {"lag", FIELD_NUMBER, offsetof(SolverDef, lag), .unit = "s", .min = 0.0, .max = 1e6,
      .help = "an obstacle farther behind its motion, since cloth is pinched, ends the run"},
     {0}};

@@ -166,6 +166,7 @@ typedef struct SolverDef {
     double tolerance;        /* [m] by which a step of rk45 may put a node wrong in a frame; 1e-5 */
     double contact_distance; /* [m] kept from obstacles and other cloth; 0 = by the thickness */
     bool self_contact;       /* cloth meets itself and other cloth; true */
+    bool impulses;           /* contact by impulses, not by a force law; false */
     double lag; /* [s] an obstacle that pinched cloth keeps further behind ends the run; 1 s */
 } SolverDef;
 
@@ -209,8 +210,7 @@ bool scene_read(const char *path, const SceneWords *words, Arena *arena, Scene *
 bool scene_parse(const char *path, const char *text, size_t bytes, const SceneWords *words,
                  Arena *arena, Scene *scene, Error *error);
 
-/* [m2] of the flat panel */
-double shape_area(const ShapeDef *shape);
+double shape_area(const ShapeDef *shape); /* [m2] of the flat panel */
 /* [m] extents of the panel along u and v */
 void shape_extents(const ShapeDef *shape, double extents[2]);
 

@@ -85,9 +85,45 @@ static double contact_step(const System *system, const State *state, double inte
     return CONTACT_COURANT * system->contact.distance / fmax(speed, 1e-9);
 }
 
-static bool gained_too_much(const ExplicitResult *result) {
-    double allowed = result->work + STEP_ENERGY_TOLERANCE * result->energy_scale;
-    return result->energy_gain > allowed;
+static bool is_good(const System *system, const ExplicitResult *result) {
+    double scale = result->energy_scale;
+    if (system->contact
+            .impulses) { /* without a potential: as if it were lifted through the layer */
+        scale += system->weight * system->contact.distance;
+    }
+    double allowed = result->work + STEP_ENERGY_TOLERANCE * scale;
+    return result->finite && !result->contact.rejected && result->energy_gain <= allowed;
+}
+
+/* [s] to begin with */
+static double longest_step(const System *system, const Central *central, const State *state,
+                           double interval) {
+    const SolverDef *solver = &system->scene->solver;
+    double limit = explicit_limit(central->engine), longest = solver->courant * limit;
+    if (solver->step > 0.0) {
+        longest = fmin(longest, solver->step);
+    }
+    if (system->contact.impulses) { /* which stop impacts of any speed */
+        return longest;
+    }
+    double least = LEAST_CONTACT_SHARE * limit;
+    longest = fmin(longest, fmax(contact_step(system, state, interval), least));
+    return fmin(longest, contact_longest_step(&system->contact, &state->contact));
+}
+
+static bool say_why(const Central *central, const State *state, double shortest,
+                    const ExplicitResult *result, Error *error) {
+    const char *name = central->symplectic_euler ? "symplectic_euler" : "central";
+    if (result->contact.rejected) {
+        return error_set(error, EXIT_DIFFERS,
+                         "%s: no step down to %.2g s parts the cloth by impulses from t = %g s on: "
+                         "impact zones would glue more than 2 %% of it; 'contact: penalty' may",
+                         name, shortest, state->time);
+    }
+    return error_set(error, EXIT_DIFFERS,
+                     "%s: no step down to %.2g s keeps the energy from t = %g s on (it rose by "
+                     "%.3g J more than the work done)",
+                     name, shortest, state->time, result->energy_gain - result->work);
 }
 
 static void record(const System *system, const State *state, const ExplicitRun *run,
@@ -103,6 +139,9 @@ static void record(const System *system, const State *state, const ExplicitRun *
     s->pairs = result->contact.pairs / result->steps;
     s->evaluations = result->contact.evaluations / result->steps;
     s->rebuilds += result->contact.rebuilds;
+    s->rounds += result->contact.rounds;
+    s->zones += result->contact.zones;
+    s->zone_vertices += result->contact.zone_vertices;
     s->friction += result->contact.friction;
     s->damping += result->contact.damping;
     s->guard += result->contact.guard;
@@ -176,15 +215,8 @@ static bool advance(const System *system, void *data, State *state, double time_
         statistics->asleep = 1.0;
         return true;
     }
-    const SolverDef *solver = &system->scene->solver;
     double interval = time_end - state->time;
-    double longest = solver->courant * explicit_limit(central->engine);
-    if (solver->step > 0.0) {
-        longest = fmin(longest, solver->step);
-    }
-    longest = fmin(longest, fmax(contact_step(system, state, interval),
-                                 LEAST_CONTACT_SHARE * explicit_limit(central->engine)));
-    longest = fmin(longest, contact_longest_step(&system->contact, &state->contact));
+    double longest = longest_step(system, central, state, interval);
     ExplicitResult result = {0};
     for (int halvings = 0; halvings <= STEP_MAX_HALVINGS; halvings++) {
         ExplicitRun run = {.steps = (int)fmax(1.0, ceil(interval / longest - 1e-9))};
@@ -195,7 +227,7 @@ static bool advance(const System *system, void *data, State *state, double time_
         if (step_interrupted) {
             return error_set(error, EXIT_INTERRUPTED, "interrupted");
         }
-        if (result.finite && !gained_too_much(&result)) {
+        if (is_good(system, &result)) {
             double calm = calm_after(system, central, state, &central->trial, interval);
             state_copy(system, state, &central->trial);
             state->time = time_end;
@@ -207,11 +239,7 @@ static bool advance(const System *system, void *data, State *state, double time_
         statistics->retries++;
         longest = 0.5 * run.dt;
     }
-    return error_set(error, EXIT_DIFFERS,
-                     "%s: no step down to %.2g s keeps the energy from t = %g s on (it rose by "
-                     "%.3g J more than the work done)",
-                     central->symplectic_euler ? "symplectic_euler" : "central", longest,
-                     state->time, result.energy_gain - result.work);
+    return say_why(central, state, longest, &result, error);
 }
 
 const Stepper stepper_central = {

@@ -134,6 +134,10 @@ const Stepper *stepper_choose(const System *system, const char **why) {
         *why = "an obstacle moves: short explicit steps follow it closely";
         return &stepper_central;
     }
+    if (system->contact.impulses) {
+        *why = "contact by impulses needs explicit steps";
+        return &stepper_central;
+    }
     if (shows_equilibrium_only(system)) {
         *why = "the film shows but the end, long after the cloth has settled";
         return &stepper_static;

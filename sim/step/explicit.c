@@ -462,6 +462,9 @@ static void run_steps(Explicit *e, const ExplicitRun *run, const State *state,
         double time_end = run->kinetic_damping ? state->time : state->time + (s + 1) * run->dt;
         kick_with_contact(e, run->dt, share, time_end, s == 0);
         result->work += steer_held(e, run->dt, share * run->dt, time_end);
+        if (e->contact) {
+            contact_repel(e->contact, run->dt);
+        }
         hold_sides(e, run->dt, share);
         share = 1.0;
         result->steps++;
@@ -469,6 +472,9 @@ static void run_steps(Explicit *e, const ExplicitRun *run, const State *state,
             break;
         }
         double fastest = guarded_drift(e, run->dt);
+        if (e->contact && contact_statistics(e->contact)->rejected) {
+            return;
+        }
         result->fastest = fmax(result->fastest, fastest);
         if (!isfinite(fastest)) {
             return;

@@ -6,7 +6,7 @@
 const char statistic_names[] =
     "asleep\nsteps\nretries\nstep_length\nnewton_iterations\nfactorisations\nresidual\n"
     "kinetic\nelastic\ngravity\ncontact\nwork\nstretch\nsmallest_gap\nsmallest_self_gap\n"
-    "truncations\nimpulses\nlag\npairs\nevaluations\nrebuilds\n"
+    "truncations\nimpulses\nlag\npairs\nevaluations\nrebuilds\nrounds\nzones\nzone_vertices\n"
     "friction\ndamping\nguard\nsides\napproach\ncpu\nseconds\ncontact_seconds\nsearch_seconds\n";
 
 /* [m] skin beside half the cloth's thickness on either side; below it contact needs tiny steps */
@@ -122,6 +122,7 @@ static void create_surfaces(System *system) {
         system->contact.distance = fmax(system->contact.distance, panels[c].distance);
     }
     system->contact.self = system->scene->solver.self_contact;
+    system->contact.impulses = system->scene->solver.impulses;
     system->contact.panel_count = system->cloth_count;
     system->contact.panels = panels;
     system->contact.vertex_distance = distance;

@@ -70,6 +70,8 @@ typedef struct Statistics {
                                                was near */
     double truncations, impulses, lag;      /* guard; lag [s] of the slowest obstacle */
     double pairs, evaluations, rebuilds;    /* listed and looked at (mean of a step); searches */
+    double rounds, zones, zone_vertices;    /* of contact by impulses: rounds of collisions, impact
+                                               zones and vertices in them, summed over steps */
     double friction, damping, guard, sides; /* [J] taken out of the cloth in the frame */
     double approach;                        /* [m/s] fastest of a near pair */
     double cpu;                             /* [s] process time of the frame */
