@@ -413,8 +413,8 @@ static double stored_in_sides(Explicit *e) {
 /* after it: no side and no spring grows beyond its bound in a drift of dt */
 static void hold_sides(Explicit *e, double dt, double share) {
     for (int c = 0; c < e->system->cloth_count; c++) {
-        double taken = sides_hold(&e->sides[c], &e->lanes, dt, share);
-        e->sides_taken += taken + limit_hold(&e->limits[c], &e->lanes, dt);
+        sides_hold(&e->sides[c], &e->lanes, dt, share);
+        e->sides_taken += limit_hold(&e->limits[c], &e->lanes, dt);
     }
 }
 
@@ -431,11 +431,31 @@ static void kick_with_contact(Explicit *e, double dt, double share, double time_
     }
 }
 
+/* with the velocities of the drift */
+static void count_sides(Explicit *e) {
+    for (int c = 0; c < e->system->cloth_count; c++) {
+        e->sides_taken += sides_work(&e->sides[c], &e->lanes);
+    }
+}
+
+/* What impulses change is what they push; the guard of the force law only keeps apart. */
+static void change_by_contact(Explicit *e, void (*change)(Contact *, double), double dt) {
+    bool pushes = e->system->contact.impulses;
+    if (e->contact && pushes) {
+        impulse_add_momentum(&e->impulse, e->system, &e->lanes, e->slot, -1.0);
+    }
+    if (e->contact) {
+        change(e->contact, dt);
+    }
+    if (e->contact && pushes) {
+        impulse_add_momentum(&e->impulse, e->system, &e->lanes, e->slot, 1.0);
+    }
+}
+
 /* drift that crosses nothing */
 static double guarded_drift(Explicit *e, double dt) {
-    if (e->contact) {
-        contact_guard(e->contact, dt);
-    }
+    change_by_contact(e, contact_guard, dt);
+    count_sides(e);
     return drift(e, dt);
 }
 
@@ -462,9 +482,7 @@ static void run_steps(Explicit *e, const ExplicitRun *run, const State *state,
         double time_end = run->kinetic_damping ? state->time : state->time + (s + 1) * run->dt;
         kick_with_contact(e, run->dt, share, time_end, s == 0);
         result->work += steer_held(e, run->dt, share * run->dt, time_end);
-        if (e->contact) {
-            contact_repel(e->contact, run->dt);
-        }
+        change_by_contact(e, contact_repel, run->dt);
         hold_sides(e, run->dt, share);
         share = 1.0;
         result->steps++;
@@ -485,6 +503,7 @@ static void run_steps(Explicit *e, const ExplicitRun *run, const State *state,
     } else if (!run->symplectic_euler) {
         kick_with_contact(e, run->dt, 0.5, state->time + (run->steps + 1) * run->dt, false);
         hold_sides(e, run->dt, 0.5);
+        count_sides(e);
     }
 }
 

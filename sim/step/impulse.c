@@ -24,6 +24,15 @@ void impulse_add(Impulse *impulse, const System *system, const Lanes *lanes, con
     impulse->time += time;
 }
 
+void impulse_add_momentum(Impulse *impulse, const System *system, const Lanes *lanes,
+                          const int *slot, double sign) {
+    for (int i = 0; i < system->place_count && impulse->sum; i++) {
+        for (int a = 0; a < 3; a++) {
+            impulse->sum[3 * i + a] += sign * system->mass[i] * lanes->v[a][slot[i]];
+        }
+    }
+}
+
 void impulse_end(const Impulse *impulse, const System *system, State *state) {
     double scale = impulse->time > 0.0 ? 1.0 / impulse->time : 0.0;
     for (int i = 0; i < 3 * system->place_count && impulse->sum; i++) {

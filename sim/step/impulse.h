@@ -18,6 +18,9 @@ void impulse_start(Impulse *impulse, const System *system, const State *state);
 /* The forces of contacts, all that is in lanes->f now, act for so long [s]; slot: (place_count). */
 void impulse_add(Impulse *impulse, const System *system, const Lanes *lanes, const int *slot,
                  double time);
+/* What changes the velocities between a call with sign -1 and one with +1 pushed, too. */
+void impulse_add_momentum(Impulse *impulse, const System *system, const Lanes *lanes,
+                          const int *slot, double sign);
 /* Their mean into state->contact_force. */
 void impulse_end(const Impulse *impulse, const System *system, State *state);
 

@@ -117,8 +117,7 @@ double sides_energy(const Sides *sides) {
     return energy;
 }
 
-double sides_hold(Sides *sides, const Lanes *lanes, double dt, double share) {
-    double lost = 0.0;
+void sides_hold(Sides *sides, const Lanes *lanes, double dt, double share) {
     for (int k = 0; k < sides->count; k++) { /* right where nothing moves */
         LongSide *side = &sides->list[k];
         apply(side, lanes, share * dt * side->stiffness * min2(side->excess, side->most));
@@ -126,9 +125,13 @@ double sides_hold(Sides *sides, const Lanes *lanes, double dt, double share) {
     for (int k = 0; k < sides->count; k++) {
         pull(&sides->list[k], lanes, dt, share);
     }
-    for (int k = 0; k < sides->count; k++) { /* force times the mean velocity around the kick */
+}
+
+double sides_work(const Sides *sides, const Lanes *lanes) {
+    double work = 0.0;
+    for (int k = 0; k < sides->count; k++) {
         const LongSide *side = &sides->list[k];
-        lost += 0.5 * side->impulse * (side->before + growth(side, lanes));
+        work += 0.5 * side->impulse * (side->before + growth(side, lanes));
     }
-    return lost;
+    return work;
 }

@@ -43,9 +43,11 @@ void sides_find(Sides *sides, const Lanes *lanes, const unsigned char *held, boo
 /* [J] stored in the sides of the list. */
 double sides_energy(const Sides *sides);
 
-/* After a kick of `share` dt, before a drift of dt: changes lanes->v. Returns the work [J] that was
- * done on the bound: its force times the mean of the velocities around the kick (to first order in dt
- * where an interval halves the kick). */
-double sides_hold(Sides *sides, const Lanes *lanes, double dt, double share);
+/* After a kick of `share` dt, before a drift of dt: changes lanes->v. */
+void sides_hold(Sides *sides, const Lanes *lanes, double dt, double share);
+
+/* With the velocities of the drift: the work [J] that was done on the bound, its force times the mean of
+ * the velocities before the kick and now (to first order in dt where an interval halves the kick). */
+double sides_work(const Sides *sides, const Lanes *lanes);
 
 #endif

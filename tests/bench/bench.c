@@ -12,9 +12,9 @@
 
 static FILE *results;
 
-static const BenchSuite *const suites[] = {&bench_cantilever, &bench_swing,  &bench_sweep,
-                                           &bench_implicit,   &bench_sleeve, &bench_contact,
-                                           &bench_skip,       &bench_auto,   NULL};
+static const BenchSuite *const suites[] = {
+    &bench_cantilever, &bench_swing,    &bench_sweep, &bench_implicit, &bench_sleeve,
+    &bench_contact,    &bench_impulses, &bench_skip,  &bench_auto,     NULL};
 
 static void write_number(double value) {
     if (isfinite(value)) {
