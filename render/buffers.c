@@ -113,7 +113,8 @@ void buffers_upload_cloth(Painter *painter, const Surface *surface) {
     gl.BufferData(GL_ARRAY_BUFFER, bytes, surface->vertices, GL_STREAM_DRAW);
     if (painter->cloth.bends) {
         gl.BindBuffer(GL_ARRAY_BUFFER, painter->cloth.bends);
-        gl.BufferData(GL_ARRAY_BUFFER, 6 * surface->vertex_count * (GLsizeiptr)sizeof(float),
+        gl.BufferData(GL_ARRAY_BUFFER,
+                      SURFEL_BENDS * surface->vertex_count * (GLsizeiptr)sizeof(float),
                       surface->bends, GL_STREAM_DRAW);
     }
     if (painter->cloth.slopes) {

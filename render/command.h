@@ -39,6 +39,7 @@ typedef struct Options {
     int count;                        /* --count, pictures on a contact sheet; 12 */
     bool force, json, quiet;          /* --force --json --quiet */
     bool crossings;                   /* --crossings, of measure */
+    bool drawn;                       /* --drawn, of measure --crossings */
     bool gaps;                        /* --gaps, of measure */
     ExportDef export;                 /* --as, --keys, --up, --unit, --pc2-frames, --vtp-ascii */
     DrapeDef drape;                   /* --cloth, --disc, --centre */
@@ -96,7 +97,8 @@ typedef struct FrameMeasure {
     const char *option; /* "--crossings", for messages */
     void (*begin)(const Options *options);
     bool (*frame)(const Options *options, const StateHeader *header, const StateLayout *layout,
-                  const StateFrame *frame, bool first, void *totals, Error *error);
+                  int layout_index, const StateFrame *frame, bool first, void *totals,
+                  Error *error);
     void (*end)(const Options *options, bool complete, const void *totals);
 } FrameMeasure;
 

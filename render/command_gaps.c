@@ -39,9 +39,9 @@ static void begin_gaps(const Options *options) {
 }
 
 static bool compare_frame(const Options *options, const StateHeader *header,
-                          const StateLayout *layout, const StateFrame *frame, bool first,
-                          void *context, Error *error) {
-    (void)error;
+                          const StateLayout *layout, int layout_index, const StateFrame *frame,
+                          bool first, void *context, Error *error) {
+    (void)error, (void)layout_index;
     GapTotals *totals = context;
     Arena scratch = {0};
     Gaps gaps = gaps_measure(header, layout, frame, gaps_spacing(layout), &scratch, &totals->sides,

@@ -9,6 +9,8 @@
 typedef struct Totals {
     int64_t crossings;
     int frames, bad_frames;
+    Resampler *resampler; /* of what is drawn, for this layout */
+    int layout_index;
 } Totals;
 
 static void print_json_frame(const StateHeader *header, const StateFrame *frame,
@@ -30,13 +32,32 @@ static void begin_crossings(const Options *options) {
                          : "frame  time [s]    cloth obstacle\n");
 }
 
+/* The surface as dense as a film's, or as --triangles says. */
+static void use_layout(const Options *options, const StateLayout *layout, int layout_index,
+                       Totals *totals) {
+    if (totals->resampler && totals->layout_index == layout_index) {
+        return;
+    }
+    ResampleDef def = {.triangles = options->triangles > 0 ? options->triangles
+                                                           : options->quality->triangle_cap};
+    resample_destroy(totals->resampler);
+    totals->resampler = resample_create(layout, &def);
+    totals->layout_index = layout_index;
+}
+
 static bool count_frame(const Options *options, const StateHeader *header,
-                        const StateLayout *layout, const StateFrame *frame, bool first,
-                        void *context, Error *error) {
+                        const StateLayout *layout, int layout_index, const StateFrame *frame,
+                        bool first, void *context, Error *error) {
     Totals *totals = context;
     Arena arena = {0};
     MeasureCrossings found;
-    bool good = measure_crossings(header, layout, frame, &arena, &found, error);
+    bool good;
+    if (options->drawn) {
+        use_layout(options, layout, layout_index, totals);
+        good = measure_drawn(header, layout, frame, totals->resampler, &arena, &found, error);
+    } else {
+        good = measure_crossings(header, layout, frame, &arena, &found, error);
+    }
     if (good && options->json) {
         print_json_frame(header, frame, &found, first);
     } else if (good) {
@@ -74,8 +95,8 @@ static bool measure_range(const Options *options, Run *run, int first, int last,
         StateLayout layout;
         int index;
         good = state_read_frame(run->reader, i, &frame, &layout, &index, error) &&
-               measure->frame(options, state_header(run->reader), &layout, &frame, i == first,
-                              totals, error) &&
+               measure->frame(options, state_header(run->reader), &layout, index, &frame,
+                              i == first, totals, error) &&
                (!interrupt_requested() || error_set(error, EXIT_INTERRUPTED, "interrupted"));
     }
     measure->end(options, good, totals);
@@ -100,6 +121,9 @@ bool command_measure_frames(const Options *options, const FrameMeasure *measure,
 }
 
 ExitCode command_measure(const Options *options, Error *error) {
+    if (options->drawn && !options->crossings) {
+        return error_set(error, EXIT_USAGE, "--drawn goes with --crossings"), error->code;
+    }
     if (options->gaps) {
         return command_gaps(options, error);
     }
@@ -108,7 +132,9 @@ ExitCode command_measure(const Options *options, Error *error) {
     }
     const FrameMeasure measure = {"--crossings", begin_crossings, count_frame, end_crossings};
     Totals totals = {0};
-    if (!command_measure_frames(options, &measure, &totals, error)) {
+    bool good = command_measure_frames(options, &measure, &totals, error);
+    resample_destroy(totals.resampler);
+    if (!good) {
         return error->code;
     }
     return totals.crossings > 0 ? EXIT_DIFFERS : EXIT_OK;

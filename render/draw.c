@@ -8,7 +8,7 @@
 #include "render/gl.h"
 #include "sim/base/hash.h"
 
-#define DRAW_VERSION 2 /* raised when the C code changes what pictures look like */
+#define DRAW_VERSION 3 /* raised when the C code changes what pictures look like */
 
 static bool is_fixed(QuantityRange range) { return range.low < range.high; }
 

@@ -1,12 +1,13 @@
 /* measure.h: numbers out of the frames of a run. Nothing here draws.
  *
  * Crossings: which triangles of the surface s = W x cross each other or reach inside an obstacle,
- * by the exact check of sim/geom/crossing.h, which knows nothing of how contact is found. Lattices
- * are judged on their own triangles, those that contact sees, not on the smooth drawing.
+ * by the exact check of sim/geom/crossing.h, which knows nothing of how contact is found. Judged are the
+ * triangles that contact sees, or those that are drawn.
  */
 #ifndef TOILE_RENDER_MEASURE_H
 #define TOILE_RENDER_MEASURE_H
 
+#include "render/resample.h"
 #include "sim/state/state.h"
 
 #define MEASURE_PLACE_SIZE 256
@@ -24,5 +25,10 @@ typedef struct MeasureCrossings {
 bool measure_crossings(const StateHeader *header, const StateLayout *layout,
                        const StateFrame *frame, Arena *arena, MeasureCrossings *found,
                        Error *error);
+
+/* The same for the surface that the resampler draws, cloth with cloth only: obstacles count 0. Where
+ * panels are sewn together, each is drawn by itself between the nodes of the seam. */
+bool measure_drawn(const StateHeader *header, const StateLayout *layout, const StateFrame *frame,
+                   Resampler *resampler, Arena *arena, MeasureCrossings *found, Error *error);
 
 #endif

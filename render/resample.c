@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "render/apart.h"
 #include "render/surfel.h"
 #include "sim/base/error.h"
 
@@ -21,6 +22,7 @@ struct Resampler {
     void **plans;               /* (part_count) */
     double *s;                  /* [m] (layout vertex_count x 3) */
     bool derivatives;           /* in the vertices, for splats */
+    Apart *apart;               /* NULL: smooth everywhere */
     Surface surface;
 };
 
@@ -54,6 +56,32 @@ static void place_parts(Surface *surface) {
     }
 }
 
+static Apart *create_apart(const Resampler *resampler, const StateLayout *layout, Arena *arena) {
+    Piece *pieces = arena_push(arena, Piece, layout->triangle_count);
+    bool follows = false;
+    for (int i = 0; i < layout->cloth_count; i++) {
+        int begin = layout->triangle_begin[i], count = layout->triangle_begin[i + 1] - begin;
+        int32_t *corner = arena_push(arena, int32_t, 3 * (size_t)count);
+        for (int k = 0; k < 3 * count; k++) {
+            corner[k] = layout->triangles[3 * (size_t)begin + k] - layout->vertex_begin[i];
+            pieces[begin + k / 3].corner[k % 3] = corner[k];
+        }
+        if (resample_takes_values(layout, i) &&
+            resampler->kinds[i]->place(resampler->plans[i], &resampler->surface.parts[i], corner,
+                                       count, pieces + begin)) {
+            follows = true;
+        } else {
+            for (int t = 0; t < count; t++) {
+                pieces[begin + t].level = 0;
+            }
+        }
+        for (int k = 0; k < 3 * count; k++) {
+            pieces[begin + k / 3].corner[k % 3] += layout->vertex_begin[i];
+        }
+    }
+    return follows ? apart_create(layout, resampler->surface.parts, pieces, arena) : NULL;
+}
+
 Resampler *resample_create(const StateLayout *layout, const ResampleDef *def) {
     Resampler *resampler = calloc(1, sizeof *resampler);
     ASSERT(resampler);
@@ -80,6 +108,7 @@ Resampler *resample_create(const StateLayout *layout, const ResampleDef *def) {
     place_parts(surface);
     surface->vertices = arena_push(arena, SurfaceVertex, surface->vertex_count);
     surface->uv = arena_push(arena, float, 2 * surface->vertex_count);
+    surface->moved = arena_push(arena, unsigned char, surface->vertex_count);
     surface->values = def->values ? arena_push(arena, float, surface->vertex_count) : NULL;
     surface->fine = arena_push(arena, uint32_t, 3 * surface->fine_count);
     surface->coarse = arena_push(arena, uint32_t, 3 * surface->coarse_count);
@@ -89,10 +118,11 @@ Resampler *resample_create(const StateLayout *layout, const ResampleDef *def) {
         }
         resampler->kinds[i]->connect(resampler->plans[i], surface, &surface->parts[i]);
     }
+    resampler->apart = def->crossing ? NULL : create_apart(resampler, layout, arena);
     resampler->derivatives = def->splats;
     if (def->splats) {
         surface->surfels = arena_push(arena, Surfel, surface->vertex_count);
-        surface->bends = arena_push(arena, float, 6 * surface->vertex_count);
+        surface->bends = arena_push(arena, float, SURFEL_BENDS * surface->vertex_count);
         surface->slopes = def->values ? arena_push(arena, float, 2 * surface->vertex_count) : NULL;
         surfel_fill(layout, surface);
     }
@@ -128,9 +158,14 @@ const Surface *resample_frame(Resampler *resampler, const StateLayout *layout, c
         resampler->kinds[i]->evaluate(resampler->plans[i], nodes, vertices, resampler->derivatives,
                                       surface->vertices + surface->parts[i].vertex_begin);
     }
+    bool moved = resampler->apart &&
+                 apart_move(resampler->apart, resampler->s, resampler->derivatives, surface);
     find_box(surface);
     if (surface->bends) {
         surfel_bend(surface, &resampler->arena);
+    }
+    if (surface->bends && moved) {
+        surfel_flatten(surface, &resampler->arena);
     }
     return surface;
 }

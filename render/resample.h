@@ -5,7 +5,8 @@
  * function of the material coordinates, so facets never show, however few nodes there are.
  *
  *   lattice    cubic B-spline through the nodes, with analytic derivatives; closed along u when
- *              the lattice wraps around; quadratic at free borders
+ *              the lattice wraps around; quadratic at free borders. Every cell between nodes is cut in the same way,
+ *              along its diagonal too
  *   scattered  radial basis functions through the neighbours of each surface vertex in material
  *              space, blended over the triangles of the layout
  */
@@ -46,8 +47,12 @@ typedef struct Surface {
     float *uv;               /* [m] (vertex_count x 2), from the panel's corner */
     float *values;           /* (vertex_count) see resample_values; NULL unless asked for */
     Surfel *surfels;         /* (vertex_count) of splats, or NULL; then vertices hold du, dv */
-    float *slopes;    /* [1/m] (vertex_count x 2) of the values along u and v, of splats; or NULL */
-    float *bends;     /* [1/m] (vertex_count x 6) of splats: n_u, n_v of the unit normal; or NULL */
+    float *slopes; /* [1/m] (vertex_count x 2) of the values along u and v, of splats; or NULL */
+    float
+        *bends; /* (vertex_count x SURFEL_BENDS) of splats, or NULL: unit normal to shade with, and
+                       * its slopes along u and v [1/m] */
+    unsigned char
+        *moved;       /* (vertex_count) 1: drawn back from the smooth surface (render/apart.h) */
     uint32_t *fine;   /* (fine_count x 3) triangles to look at */
     uint32_t *coarse; /* (coarse_count x 3) every second vertex: shadow, occlusion */
     float low[3], high[3]; /* [m] bounding box of the vertices */
@@ -59,7 +64,10 @@ typedef struct ResampleDef {
     int triangles;           /* instead of both: about so many, whatever is seen; 0 */
     bool splats;             /* fill surfels; vertices hold derivatives; false */
     bool values;             /* make room for numbers of measuring looks; false */
+    bool crossing;           /* smooth everywhere, even where layers then cross; false */
 } ResampleDef;
+
+typedef struct Piece Piece; /* render/apart.h */
 
 /* One kind of cloth layout. */
 typedef struct ResampleKind {
@@ -72,6 +80,11 @@ typedef struct ResampleKind {
     void (*prepare)(void *plan, Arena *arena);
     /* Fills uv and triangles of the part. */
     void (*connect)(const void *plan, Surface *surface, const SurfacePart *part);
+    /* Where the vertices of the part stand in each of `count` simulated triangles: fills all of a piece but
+     * its corners, which it may turn; triangles hold numbers of the cloth's vertices, from 0. False:
+     * the part does not follow them. */
+    bool (*place)(const void *plan, const SurfacePart *part, const int32_t *triangles, int count,
+                  Piece *pieces);
     /* Fills the vertices of the part from x (nodes) and s (surface vertices), both [m];
      * derivatives: in place of normal and tangent. */
     void (*evaluate)(void *plan, const double *x, const double *s, bool derivatives,

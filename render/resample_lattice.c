@@ -5,6 +5,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "render/apart.h"
 #include "render/resample.h"
 #include "sim/base/error.h"
 
@@ -22,6 +23,11 @@ typedef struct LatticePlan {
     int count[2];  /* nodes along u, v */
     int stride[2]; /* node number = stride[0] i + stride[1] j */
     bool around;
+    const int32_t *triangles;  /* (triangle_count x 3) of the layout, */
+    int first, triangle_count; /* its first vertex; while plans are made */
+    bool
+        *falls; /* (cells between nodes) the diagonal goes from the right below to the left above */
+    int level;  /* fine cells along the side of a cell between nodes */
     int padded[2];        /* coefficients along u, v: one more before, one or two after */
     int cells[2];         /* fine cells along u, v */
     Tap *taps[2];         /* (cells + 1) */
@@ -31,23 +37,18 @@ typedef struct LatticePlan {
     double *columns;      /* (padded[1] x (cells[0] + 1) x 6): value and u slope */
 } LatticePlan;
 
-static int even_cells(double size, double cell, int intervals) {
-    int cells = 2 * (int)ceil(0.5 * size / cell);
-    int least = intervals + (intervals & 1);
-    cells = cells < least ? least : cells;
-    return cells < MOST_CELLS ? cells : MOST_CELLS;
+/* Cells between nodes along an axis. */
+static int interval_count(const LatticePlan *plan, int axis) {
+    return plan->count[axis] - (axis == 0 && plan->around ? 0 : 1);
 }
 
 static void plan_taps(LatticePlan *plan, int axis, double spacing, Arena *arena) {
-    int cells = plan->cells[axis], count = plan->count[axis];
-    bool around = axis == 0 && plan->around;
-    int intervals = around ? count : count - 1;
+    int cells = plan->cells[axis], intervals = interval_count(plan, axis);
     plan->taps[axis] = arena_push(arena, Tap, cells + 1);
     plan->place[axis] = arena_push(arena, float, cells + 1);
     for (int i = 0; i <= cells; i++) {
         double at = (double)intervals * i / cells;
-        int first = (int)floor(at);
-        first = first < intervals ? first : intervals - 1;
+        int first = i < cells ? i / plan->level : intervals - 1;
         double t = at - first, r = 1.0 - t, d = 1.0 / spacing;
         plan->place[axis][i] = (float)(at * spacing);
         plan->taps[axis][i] = (Tap){
@@ -67,6 +68,14 @@ static void find_strides(LatticePlan *plan, const double *material) {
     plan->stride[1] = u_first ? plan->count[0] : 1;
 }
 
+/* wanted: fine cells along a cell between nodes */
+static int choose_level(const LatticePlan *plan, double wanted) {
+    int longest = interval_count(plan, 0) > interval_count(plan, 1) ? interval_count(plan, 0)
+                                                                    : interval_count(plan, 1);
+    int most = MOST_CELLS / longest > 1 ? MOST_CELLS / longest : 1;
+    return wanted <= 1.0 ? 1 : wanted >= most ? most : (int)ceil(wanted);
+}
+
 static void *lattice_plan(const StateLayout *layout, int cloth, double cell, Arena *arena,
                           SurfacePart *part) {
     const int32_t *lattice = layout->lattice + 4 * cloth;
@@ -83,9 +92,10 @@ static void *lattice_plan(const StateLayout *layout, int cloth, double cell, Are
         intervals += axis == 0 && plan->around;
         part->corner[axis] = material[axis];
         part->size[axis] = spacing[axis] * intervals;
-        plan->cells[axis] = even_cells(part->size[axis], cell, intervals);
     }
+    plan->level = choose_level(plan, sqrt(fabs(spacing[0] * spacing[1])) / cell);
     for (int axis = 0; axis < 2; axis++) {
+        plan->cells[axis] = plan->level * interval_count(plan, axis);
         plan_taps(plan, axis, spacing[axis], arena);
     }
     int *padded = plan->padded;
@@ -97,22 +107,132 @@ static void *lattice_plan(const StateLayout *layout, int cloth, double cell, Are
     plan->columns = arena_push(arena, double, 6 * padded[1] * (plan->cells[0] + 1));
     part->vertex_count = (plan->cells[0] + 1) * (plan->cells[1] + 1);
     part->fine_count = 2 * plan->cells[0] * plan->cells[1];
-    part->coarse_count = part->fine_count / 4;
+    part->coarse_count = 2 * ((plan->cells[0] + 1) / 2) * ((plan->cells[1] + 1) / 2);
     part->around = plan->around;
     part->rectangle = true;
+    plan->first = layout->vertex_begin[cloth];
+    plan->triangle_count = layout->triangle_begin[cloth + 1] - layout->triangle_begin[cloth];
+    plan->triangles = plan->triangle_count > 0
+                          ? layout->triangles + 3 * (size_t)layout->triangle_begin[cloth]
+                          : NULL;
     return plan;
 }
 
-/* Two triangles a cell, anticlockwise seen from the face, diagonals alternating. */
+/* Half of a cell between nodes. */
+typedef struct Half {
+    int cell[2];  /* along u, v */
+    int at[3][2]; /* the corners from there: 0 or 1 */
+    int right;    /* the corner where both sides of the cell meet */
+} Half;
+
+/* False: these vertices are not half of a cell. */
+static bool find_half(const LatticePlan *plan, const int32_t corner[3], Half *half) {
+    int axis_count = plan->stride[0] == 1 ? plan->count[0] : plan->count[1], spread[2];
+    for (int k = 0; k < 3; k++) {
+        int fast = corner[k] % axis_count, slow = corner[k] / axis_count;
+        half->at[k][0] = plan->stride[0] == 1 ? fast : slow;
+        half->at[k][1] = plan->stride[0] == 1 ? slow : fast;
+    }
+    for (int axis = 0; axis < 2; axis++) {
+        int low = half->at[0][axis], high = low;
+        for (int k = 1; k < 3; k++) {
+            low = half->at[k][axis] < low ? half->at[k][axis] : low;
+            high = half->at[k][axis] > high ? half->at[k][axis] : high;
+        }
+        if (axis == 0 && plan->around && high - low > 1) { /* across the seam */
+            low = high;
+        }
+        half->cell[axis] = low;
+        spread[axis] = 0;
+        for (int k = 0; k < 3; k++) {
+            int from = half->at[k][axis] - low;
+            half->at[k][axis] = from < 0 ? from + plan->count[axis] : from;
+            spread[axis] |= 1 << half->at[k][axis];
+            if (half->at[k][axis] > 1) {
+                return false;
+            }
+        }
+    }
+    for (int k = 0; k < 3; k++) {
+        const int *own = half->at[k], *one = half->at[(k + 1) % 3], *two = half->at[(k + 2) % 3];
+        if ((own[0] == one[0]) != (own[1] == one[1]) && (own[0] == two[0]) != (own[1] == two[1]) &&
+            (own[0] == one[0]) != (own[0] == two[0])) {
+            half->right = k;
+        }
+    }
+    return spread[0] == 3 && spread[1] == 3;
+}
+
+static bool is_falling(const Half *half) {
+    const int *right = half->at[half->right];
+    return right[0] == right[1];
+}
+
+/* The diagonals of the layout's triangles; without triangles they alternate. */
+static void lattice_prepare(void *plan_data, Arena *arena) {
+    LatticePlan *plan = plan_data;
+    int columns = interval_count(plan, 0), rows = interval_count(plan, 1);
+    plan->falls = arena_push(arena, bool, (size_t)columns *(size_t)rows);
+    for (int j = 0; j < rows; j++) {
+        for (int i = 0; i < columns; i++) {
+            plan->falls[j * columns + i] = (i + j) & 1;
+        }
+    }
+    for (int t = 0; t < plan->triangle_count; t++) {
+        int32_t corner[3];
+        Half half;
+        for (int k = 0; k < 3; k++) {
+            corner[k] = plan->triangles[3 * (size_t)t + (size_t)k] - plan->first;
+        }
+        if (find_half(plan, corner, &half)) {
+            plan->falls[half.cell[1] * columns + half.cell[0]] = is_falling(&half);
+        }
+    }
+    plan->triangles = NULL;
+}
+
+/* The corner where both sides meet comes first. */
+static bool lattice_place(const void *plan_data, const SurfacePart *part, const int32_t *triangles,
+                          int count, Piece *pieces) {
+    const LatticePlan *plan = plan_data;
+    int row = plan->cells[0] + 1, n = plan->level;
+    for (int t = 0; t < count; t++) {
+        Piece *piece = &pieces[t];
+        int at[3];
+        Half half;
+        if (!find_half(plan, triangles + 3 * (size_t)t, &half)) {
+            return false;
+        }
+        for (int k = 0; k < 3; k++) {
+            int turned = (half.right + k) % 3;
+            piece->corner[k] = triangles[3 * (size_t)t + (size_t)turned];
+            at[k] = (half.cell[1] + half.at[turned][1]) * row + half.cell[0] + half.at[turned][0];
+        }
+        int column = n * (half.cell[0] + half.at[half.right][0]);
+        int line = n * (half.cell[1] + half.at[half.right][1]);
+        piece->origin = part->vertex_begin + line * row + column;
+        piece->step[0] = at[1] - at[0];
+        piece->step[1] = at[2] - at[0];
+        piece->level = n;
+        piece->packed = false;
+    }
+    return true;
+}
+
+/* Two triangles a cell, anticlockwise seen from the face; the diagonals are those of the cells between
+ * nodes. The last row and column of coarse cells may be narrow. */
 static uint32_t *connect_grid(const LatticePlan *plan, uint32_t base, int step, uint32_t *out) {
-    uint32_t row = (uint32_t)plan->cells[0] + 1, s = (uint32_t)step;
+    uint32_t row = (uint32_t)plan->cells[0] + 1;
+    int columns = interval_count(plan, 0), n = plan->level;
     for (int j = 0; j < plan->cells[1]; j += step) {
+        int above = j + step < plan->cells[1] ? step : plan->cells[1] - j;
         for (int i = 0; i < plan->cells[0]; i += step) {
+            int beside = i + step < plan->cells[0] ? step : plan->cells[0] - i;
             uint32_t a = base + (uint32_t)j * row + (uint32_t)i;
-            uint32_t b = a + s, c = a + s * row, d = c + s;
-            bool flip = ((i + j) / step) & 1;
-            uint32_t one[6] = {a, b, d, a, d, c}, other[6] = {a, b, c, b, d, c};
-            memcpy(out, flip ? other : one, sizeof one);
+            uint32_t b = a + (uint32_t)beside, c = a + (uint32_t)above * row;
+            uint32_t d = c + (uint32_t)beside;
+            uint32_t rising[6] = {a, b, d, a, d, c}, falling[6] = {a, b, c, b, d, c};
+            memcpy(out, plan->falls[j / n * columns + i / n] ? falling : rising, sizeof rising);
             out += 6;
         }
     }
@@ -270,5 +390,5 @@ static void lattice_evaluate(void *plan_data, const double *x, const double *s, 
     evaluate_columns(plan, derivatives, vertices);
 }
 
-const ResampleKind resample_lattice = {"lattice", lattice_plan, NULL, lattice_connect,
-                                       lattice_evaluate};
+const ResampleKind resample_lattice = {"lattice",       lattice_plan,  lattice_prepare,
+                                       lattice_connect, lattice_place, lattice_evaluate};

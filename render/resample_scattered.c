@@ -9,6 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "render/apart.h"
 #include "render/resample.h"
 #include "sim/base/error.h"
 #include "sim/geom/rbf.h"
@@ -342,6 +343,19 @@ static void scattered_connect(const void *plan_data, Surface *surface, const Sur
     }
 }
 
+static bool scattered_place(const void *plan_data, const SurfacePart *part,
+                            const int32_t *triangles, int count, Piece *pieces) {
+    const ScatteredPlan *plan = plan_data;
+    (void)triangles; /* its own */
+    for (int t = 0; t < count; t++) {
+        pieces[t].origin = part->vertex_begin + t * samples_of(plan);
+        pieces[t].step[0] = 1, pieces[t].step[1] = plan->level + 1;
+        pieces[t].level = plan->level;
+        pieces[t].packed = true;
+    }
+    return true;
+}
+
 static void evaluate_sample(const double *row, double (*near)[3], int count, bool derivatives,
                             SurfaceVertex *vertex) {
     double sum[PARTS][3] = {{0}};
@@ -376,5 +390,5 @@ static void scattered_evaluate(void *plan_data, const double *x, const double *s
     }
 }
 
-const ResampleKind resample_scattered = {"scattered", scattered_plan, scattered_prepare,
-                                         scattered_connect, scattered_evaluate};
+const ResampleKind resample_scattered = {"scattered",       scattered_plan,  scattered_prepare,
+                                         scattered_connect, scattered_place, scattered_evaluate};

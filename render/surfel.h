@@ -22,7 +22,12 @@ struct Surfel {
 /* Fills surface->surfels from uv and fine triangles of the surface and the border of the layout. */
 /* Fills surface->bends for a new frame: slopes of the normals on the triangles, averaged at the vertices by area. With them
  * normals are linear in a disc, without them the discs would show as facets. */
+#define SURFEL_BENDS 9 /* floats of a vertex in bends, as splat.vert.glsl has it */
 void surfel_bend(Surface *surface, Arena *scratch);
+
+/* Lays the discs of moved vertices into the triangles drawn around them, in place of the derivatives of the
+ * smooth surface: bends keep its normals. */
+void surfel_flatten(Surface *surface, Arena *scratch);
 
 void surfel_fill(const StateLayout *layout, Surface *surface);
 

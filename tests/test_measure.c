@@ -190,6 +190,16 @@ static void test_program(void **unused) {
     assert_non_null(strstr(text, "\"obstacles\": {\"ball\": 0}")); /* it went down */
     assert_int_equal(measure("swallowed.states", "--crossings", text, sizeof text), EXIT_DIFFERS);
     assert_non_null(strstr(text, "16 crossings in 1 of 1 frames")); /* both sheets are inside */
+    /* the drawn surface of the same frames: the two that only touch a solid are clean */
+    assert_int_equal(measure("clean.states", "--crossings --drawn", text, sizeof text), EXIT_OK);
+    assert_non_null(strstr(text, "0 crossings in 0 of 1 frames"));
+    assert_int_equal(
+        measure("all.states", "--crossings --drawn --triangles 4000", text, sizeof text),
+        EXIT_DIFFERS);
+    assert_non_null(strstr(text, "in 3 of 5 frames"));
+    assert_non_null(strstr(text, "lower at ("));
+    assert_int_equal(measure("all.states", "--drawn", text, sizeof text), EXIT_USAGE);
+    assert_non_null(strstr(text, "--drawn goes with --crossings"));
     /* what was asked for is not there */
     assert_int_equal(measure("all.states", "", text, sizeof text), EXIT_OK);
     assert_null(strstr(text, "drape coefficient")); /* nothing that it hangs on */

@@ -9,10 +9,10 @@ layout(std430, binding = 4) readonly buffer Slopes { float slopes[]; }; // of th
 #endif
 
 #ifndef VISIBLE
-layout(std430, binding = 3) readonly buffer Bends { float bends[]; }; // n_u, n_v
+layout(std430, binding = 3) readonly buffer Bends { float bends[]; }; // n, n_u, n_v
 #endif
 
-const int VERTEX_FLOATS = 9, SURFEL_FLOATS = 10;
+const int VERTEX_FLOATS = 9, SURFEL_FLOATS = 10, BEND_FLOATS = 9;
 const float NEARER = 0.30; // of the radius, across the surface: more blends layers, less cuts discs
 
 out vec2 disc;           // place in the disc; its rim is at 1
@@ -51,6 +51,13 @@ bool is_hidden(vec3 p, float reach, float nearer) {
 }
 #endif
 
+#ifndef VISIBLE
+vec3 bend_part(int number, int part) {
+    int at = number * BEND_FLOATS + part;
+    return vec3(bends[at], bends[at + 1], bends[at + 2]);
+}
+#endif
+
 vec3 vertex_part(int at) { return vec3(vertices[at], vertices[at + 1], vertices[at + 2]); }
 
 void main() {
@@ -82,10 +89,8 @@ void main() {
     window_depth = gl_Position.z / gl_Position.w * 0.5 + 0.5;
     vec4 moved = world_clip * vec4(at + view_vector(at) * nearer, 1.0);
     gl_Position.z = moved.z / moved.w * gl_Position.w; // the same pixels as VISIBLE, to the bit
-    int bend = number * 6;
-    vec3 nu = vec3(bends[bend], bends[bend + 1], bends[bend + 2]);
-    vec3 nv = vec3(bends[bend + 3], bends[bend + 4], bends[bend + 5]);
-    vec3 turned = n + radius * (disc.x * nu + disc.y * nv) * (back ? -1.0 : 1.0);
+    vec3 smooth_n = bend_part(number, 0), nu = bend_part(number, 3), nv = bend_part(number, 6);
+    vec3 turned = (smooth_n + radius * (disc.x * nu + disc.y * nv)) * (back ? -1.0 : 1.0);
     vec3 across, up, first, second, sight = view_vector(at);
     view_frame(sight, across, up);
     across_view = vec2(dot(turned, across), dot(turned, up));
