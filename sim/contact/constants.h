@@ -21,6 +21,7 @@
 #define CONTACT_STABLE_SHARE 1.4 /* of 4 = dt^2 lambda: what the membrane leaves at courant 0.8 */
 #define CONTACT_PARALLEL 0.01    /* sine^2 below which pairs of edges lose stiffness */
 
+#define CONTACT_FROZEN_SHARE 0.02 /* of dhat: motion of a vertex that leaves its normal */
 #define CONTACT_LEVEL 1e-6 /* of dhat: a corner that is lowest by less needs no exact search */
 
 #define CONTACT_BRISTLE_SHARE 0.5   /* tangential / normal stiffness */

@@ -20,6 +20,7 @@ typedef struct Touch {
     int obstacle, owner; /* owner: which group at which obstacle */
     int place[3];
     double distance; /* [m] */
+    double frozen;   /* [m] of a vertex: path of its group until which normal and point stay */
     Vec3 normal;     /* from the obstacle to the cloth */
     Vec3 point;      /* closest point of the obstacle */
     double weight[3];
@@ -183,6 +184,10 @@ double mesh_reach(const Contact *c, const Pair *pair, Vec3 away);
 
 /* obstacle_distance.c: distance, normal, feature of a touch at the positions of now */
 void obstacle_evaluate(Contact *c, const Points *x, Touch *touch);
+/* [m] how far a vertex can go until that must be done again: on a flat face to its end, elsewhere a
+ * small share of the contact distance; -1: not at all. Until then it is as far as from its plane. */
+double obstacle_frozen(const Contact *c, const Touch *touch);
+void obstacle_project(const Points *x, Touch *touch);
 
 /* obstacle.c: cloth with obstacles */
 void obstacle_begin(Contact *c, double dt);

@@ -53,6 +53,7 @@ static void search_cell(Contact *c, const Points *x, const SurfaceCell *cell, in
     for (int k = 0; k < cell->vertex_count; k++) {
         Touch touch = {.obstacle = o,
                        .owner = owner,
+                       .frozen = -1.0,
                        .place = {cell->vertex[k], -1, -1},
                        .weight = {1.0},
                        .feature = 1};
@@ -66,7 +67,10 @@ static void search_cell(Contact *c, const Points *x, const SurfaceCell *cell, in
     for (int k = 0; k < cell->triangle_count && c->def->obstacles[o].solid.kind != SOLID_PLANE;
          k++) {
         const int *corner = c->surface.triangles + 3 * (size_t)cell->triangle[k];
-        Touch touch = {.obstacle = o, .owner = owner, .place = {corner[0], corner[1], corner[2]}};
+        Touch touch = {.obstacle = o,
+                       .owner = owner,
+                       .frozen = -1.0,
+                       .place = {corner[0], corner[1], corner[2]}};
         obstacle_evaluate(c, x, &touch);
         if (touch.distance <= group->near + slack) {
             add_touch(c, &touch, group->path + touch.distance - group->near);
@@ -326,7 +330,12 @@ static void evaluate(Contact *c) {
         if (group->path < c->touch_due[t]) {
             continue;
         }
-        obstacle_evaluate(c, &x, touch);
+        if (group->path <= touch->frozen) {
+            obstacle_project(&x, touch);
+        } else {
+            obstacle_evaluate(c, &x, touch);
+            touch->frozen = group->path + obstacle_frozen(c, touch);
+        }
         c->touch_due[t] = group->path + touch->distance - group->near;
         if (touch->spare) {
             c->touch_due[t] = max2(c->touch_due[t], group->path + touch->margin);

@@ -101,3 +101,19 @@ void obstacle_evaluate(Contact *c, const Points *x, Touch *touch) {
         evaluate_vertex(c, x, touch);
     }
 }
+
+double obstacle_frozen(const Contact *c, const Touch *touch) {
+    const ContactObstacle *obstacle = &c->def->obstacles[touch->obstacle];
+    int place = touch->place[0];
+    if (obstacle->moves || touch->place[1] >= 0) { /* triangles that share an edge agree about it */
+        return -1.0;
+    }
+    size_t at = (size_t)place * (size_t)c->def->obstacle_count + (size_t)touch->obstacle;
+    return max2(solid_flat_margin(&obstacle->solid, c->distances[at].place),
+                CONTACT_FROZEN_SHARE * c->def->vertex_distance[place]);
+}
+
+void obstacle_project(const Points *x, Touch *touch) {
+    Vec3 over = vec3_sub(point_at(x, touch->place[0]), touch->point);
+    touch->distance = vec3_dot(touch->normal, over);
+}
