@@ -1,13 +1,43 @@
 #include "sim/base/parallel.h"
 
 #include <omp.h>
+#include <pthread.h>
+#include <sched.h>
+#include <signal.h>
+#include <stdatomic.h>
+#include <stdbool.h>
+#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
+#include "sim/base/clock.h"
 #include "sim/base/error.h"
 
+#define SPINS 6000       /* of a worker before it sleeps: some 0.1 ms, the serial part of a step */
+#define LONG_WAIT 2e-4   /* [s] at the end of a loop: somebody else has the processor */
+#define LOOPS_ALONE 4000 /* after one */
+#define CHUNK_BITS 24    /* of the number of chunks, and of the next one, in Team.word */
+#define CHUNK_MASK (((uint64_t)1 << CHUNK_BITS) - 1)
+
+/* The loop at hand and who waits for the next. Chunks are claimed, not dealt: a worker that is late or
+ * asleep is not waited for. */
+typedef struct Team {
+    pthread_mutex_t lock;
+    pthread_cond_t wake;
+    int workers;
+    atomic_int sleepers;
+    _Atomic uint64_t word; /* number of the loop, how many chunks, the next one */
+    atomic_int done;       /* chunks */
+    ParallelBody *body;    /* of this loop, as what follows; fixed until all chunks are done */
+    void *context;
+    int count, grain;
+    int alone; /* loops to be done by the caller */
+} Team;
+
+static Team team = {.lock = PTHREAD_MUTEX_INITIALIZER, .wake = PTHREAD_COND_INITIALIZER};
 static int threads = 1;
+static _Thread_local bool inside; /* a loop: one within it is the caller's own */
 
 void parallel_set_threads(int thread_count) {
     ASSERT(thread_count >= 1);
@@ -16,22 +46,122 @@ void parallel_set_threads(int thread_count) {
 
 int parallel_threads(void) { return threads; }
 
+static void rest_a_little(void) {
+#if defined(__x86_64__) || defined(__i386__)
+    __builtin_ia32_pause();
+#elif defined(__aarch64__)
+    __asm__ volatile("yield");
+#endif
+}
+
+static void run_chunk(ParallelBody *body, int chunk, int count, int grain, void *context) {
+    int first = chunk * grain, end = first + grain < count ? first + grain : count;
+    body(chunk, first, end, context);
+}
+
+/* the next chunk, or -1 */
+static int claim(void) {
+    uint64_t word = atomic_load(&team.word);
+    while ((word & CHUNK_MASK) < (word >> CHUNK_BITS & CHUNK_MASK)) {
+        if (atomic_compare_exchange_weak(&team.word, &word, word + 1)) {
+            return (int)(word & CHUNK_MASK);
+        }
+    }
+    return -1;
+}
+
+static void run_claimed(void) {
+    for (int chunk; (chunk = claim()) >= 0;) {
+        run_chunk(team.body, chunk, team.count, team.grain, team.context);
+        atomic_fetch_add(&team.done, 1);
+    }
+}
+
+static uint64_t loop_number(uint64_t word) { return word >> 2 * CHUNK_BITS; }
+
+static void await_loop(uint64_t last) {
+    for (int k = 0; k < SPINS; k++) {
+        if (loop_number(atomic_load(&team.word)) != last) {
+            return;
+        }
+        rest_a_little();
+    }
+    pthread_mutex_lock(&team.lock);
+    atomic_fetch_add(&team.sleepers, 1);
+    while (loop_number(atomic_load(&team.word)) == last) {
+        pthread_cond_wait(&team.wake, &team.lock);
+    }
+    atomic_fetch_sub(&team.sleepers, 1);
+    pthread_mutex_unlock(&team.lock);
+}
+
+static void *work(void *unused) {
+    (void)unused;
+    inside = true;
+    for (;;) {
+        uint64_t last = loop_number(atomic_load(&team.word));
+        run_claimed();
+        await_loop(last);
+    }
+    return NULL;
+}
+
+/* signals are the caller's */
+static void hire(void) {
+    sigset_t all, before;
+    sigfillset(&all);
+    pthread_sigmask(SIG_SETMASK, &all, &before);
+    while (team.workers < threads - 1) {
+        pthread_t thread;
+        if (pthread_create(&thread, NULL, work, NULL) != 0) {
+            threads = team.workers + 1; /* fewer do as well */
+            break;
+        }
+        pthread_detach(thread);
+        team.workers++;
+    }
+    pthread_sigmask(SIG_SETMASK, &before, NULL);
+}
+
+/* until all chunks are done; a worker that lost its processor keeps its chunk */
+static void await_workers(int chunk_count) {
+    double start = 0.0;
+    for (long k = 0; atomic_load(&team.done) < chunk_count; k++) {
+        if (k < SPINS) {
+            rest_a_little();
+            continue;
+        }
+        start = k == SPINS ? clock_seconds() : start;
+        sched_yield();
+    }
+    if (start > 0.0 && clock_seconds() - start > LONG_WAIT) {
+        team.alone = LOOPS_ALONE;
+    }
+}
+
 void parallel_for(int count, int grain, ParallelBody *body, void *context) {
     int chunk_count = parallel_chunk_count(count, grain);
-    if (threads == 1 || chunk_count <= 1) {
+    team.alone -= !inside && team.alone > 0;
+    if (threads == 1 || chunk_count <= 1 || inside || team.alone > 0) {
         for (int chunk = 0; chunk < chunk_count; chunk++) {
-            int first = chunk * grain;
-            int end = first + grain < count ? first + grain : count;
-            body(chunk, first, end, context);
+            run_chunk(body, chunk, count, grain, context);
         }
         return;
     }
-#pragma omp parallel for schedule(static) num_threads(threads)
-    for (int chunk = 0; chunk < chunk_count; chunk++) {
-        int first = chunk * grain;
-        int end = first + grain < count ? first + grain : count;
-        body(chunk, first, end, context);
+    hire();
+    team.body = body, team.context = context, team.count = count, team.grain = grain;
+    atomic_store(&team.done, 0);
+    uint64_t number = loop_number(atomic_load(&team.word)) + 1;
+    atomic_store(&team.word, number << 2 * CHUNK_BITS | (uint64_t)chunk_count << CHUNK_BITS);
+    if (atomic_load(&team.sleepers) > 0) {
+        pthread_mutex_lock(&team.lock);
+        pthread_cond_broadcast(&team.wake);
+        pthread_mutex_unlock(&team.lock);
     }
+    inside = true;
+    run_claimed();
+    inside = false;
+    await_workers(chunk_count);
 }
 
 int parallel_hold(void) {
