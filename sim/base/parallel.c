@@ -9,16 +9,31 @@
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include "sim/base/clock.h"
 #include "sim/base/error.h"
 
-#define SPINS 6000       /* of a worker before it sleeps: some 0.1 ms, the serial part of a step */
-#define LONG_WAIT 2e-4   /* [s] at the end of a loop: somebody else has the processor */
-#define LOOPS_ALONE 4000 /* after one */
-#define CHUNK_BITS 24    /* of the number of chunks, and of the next one, in Team.word */
+#define SPINS 6000        /* of a worker before it sleeps: some 0.1 ms, the serial part of a step */
+#define CROWD_LOOPS 512   /* from one look for others to the next */
+#define CROWD_RATE 300.0  /* [1/s] times put off, from which on workers are in the way */
+#define CALM_RATE 25.0    /* ... below which they are tried again */
+#define MOST_PATIENCE 256 /* looks; some seconds */
+#define TOGETHER 16       /* looks after which patience begins anew */
+#define CHUNK_BITS 24     /* of the number of chunks, and of the next one, in Team.word */
 #define CHUNK_MASK (((uint64_t)1 << CHUNK_BITS) - 1)
+
+/* Are the processors wanted by others? Then loops are the caller's, and workers sleep. It is seen by how
+ * often the threads of this process are put off. */
+typedef struct Crowd {
+    bool here;
+    int loops;           /* since the last look */
+    long put_off;        /* times, until that look */
+    double time;         /* [s] of it */
+    int alone, together; /* looks to wait before the workers are tried again; that they go well */
+    int patience;        /* looks to wait the next time */
+} Crowd;
 
 /* The loop at hand and who waits for the next. Chunks are claimed, not dealt: a worker that is late or
  * asleep is not waited for. */
@@ -32,10 +47,11 @@ typedef struct Team {
     ParallelBody *body;    /* of this loop, as what follows; fixed until all chunks are done */
     void *context;
     int count, grain;
-    int alone; /* loops to be done by the caller */
+    Crowd crowd;
 } Team;
 
-static Team team = {.lock = PTHREAD_MUTEX_INITIALIZER, .wake = PTHREAD_COND_INITIALIZER};
+static Team team = {
+    .lock = PTHREAD_MUTEX_INITIALIZER, .wake = PTHREAD_COND_INITIALIZER, .crowd = {.patience = 1}};
 static int threads = 1;
 static _Thread_local bool inside; /* a loop: one within it is the caller's own */
 
@@ -125,24 +141,47 @@ static void hire(void) {
 
 /* until all chunks are done; a worker that lost its processor keeps its chunk */
 static void await_workers(int chunk_count) {
-    double start = 0.0;
     for (long k = 0; atomic_load(&team.done) < chunk_count; k++) {
         if (k < SPINS) {
             rest_a_little();
-            continue;
+        } else {
+            sched_yield();
         }
-        start = k == SPINS ? clock_seconds() : start;
-        sched_yield();
     }
-    if (start > 0.0 && clock_seconds() - start > LONG_WAIT) {
-        team.alone = LOOPS_ALONE;
+}
+
+static void look_around(Crowd *crowd) {
+    struct rusage usage;
+    getrusage(RUSAGE_SELF, &usage);
+    double now = clock_seconds();
+    double rate = (double)(usage.ru_nivcsw - crowd->put_off) / (now - crowd->time);
+    crowd->loops = 0;
+    crowd->put_off = usage.ru_nivcsw;
+    crowd->time = now;
+    if (!crowd->here) {
+        crowd->together++;
+        crowd->patience = crowd->together > TOGETHER ? 1 : crowd->patience;
+        if (rate > CROWD_RATE) {
+            crowd->here = true;
+            crowd->alone = crowd->patience;
+            crowd->patience = crowd->patience < MOST_PATIENCE ? 2 * crowd->patience : MOST_PATIENCE;
+        }
+    } else if (--crowd->alone <= 0 && rate < CALM_RATE) {
+        crowd->here = false;
+        crowd->together = 0;
     }
+}
+
+static bool is_crowded(Crowd *crowd) {
+    if (++crowd->loops >= CROWD_LOOPS) {
+        look_around(crowd);
+    }
+    return crowd->here;
 }
 
 void parallel_for(int count, int grain, ParallelBody *body, void *context) {
     int chunk_count = parallel_chunk_count(count, grain);
-    team.alone -= !inside && team.alone > 0;
-    if (threads == 1 || chunk_count <= 1 || inside || team.alone > 0) {
+    if (threads == 1 || chunk_count <= 1 || inside || is_crowded(&team.crowd)) {
         for (int chunk = 0; chunk < chunk_count; chunk++) {
             run_chunk(body, chunk, count, grain, context);
         }

@@ -5,11 +5,14 @@
 
 #include "sim/base/clock.h"
 #include "sim/base/hash.h"
+#include "sim/base/parallel.h"
 #include "sim/contact/engine.h"
 #include "sim/contact/force.h"
 #include "sim/contact/impulses.h"
 
-#define TWIN_SPACE 4   /* places of the hash table per contact */
+#define TWIN_SPACE 4    /* places of the hash table per contact */
+#define COPY_GRAIN 2500 /* vertices, groups a thread takes at once, some 5 to 10 us */
+#define MOVE_GRAIN 100
 #define MOST_ROUNDS 12 /* of shortening after searches; more speed needs more than one by rule */
 
 double contact_law(double d, double dhat, double k, double *force, double *curvature) {
@@ -133,13 +136,26 @@ Contact *contact_create(const ContactDef *def, Arena *arena) {
 
 /* ---- shared by both kinds of contact ---- */
 
-static void copy_lanes(const Contact *c, double *const lanes[3], double *out) {
-    for (int i = 0; i < c->def->vertex_count; i++) {
-        int slot = c->view.slot[i];
+typedef struct CopyJob {
+    const int *slot;
+    double *const *lanes; /* 3 */
+    double *out;          /* (vertices x 3) */
+} CopyJob;
+
+static void copy_chunk(int chunk, int first, int end, void *context) {
+    (void)chunk;
+    const CopyJob *job = context;
+    for (int i = first; i < end; i++) {
+        int slot = job->slot[i];
         for (int a = 0; a < 3; a++) {
-            out[3 * i + a] = lanes[a][slot];
+            job->out[3 * i + a] = job->lanes[a][slot];
         }
     }
+}
+
+static void copy_lanes(const Contact *c, double *const lanes[3], double *out) {
+    CopyJob job = {c->view.slot, lanes, out};
+    parallel_for(c->def->vertex_count, COPY_GRAIN, copy_chunk, &job);
 }
 
 void contact_gather(Contact *c) {
@@ -180,6 +196,16 @@ int contact_find_twin(Contact *c, const int key[3], int index) {
         if (memcmp(twin->key, key, sizeof twin->key) == 0) {
             return twin->pair;
         }
+    }
+}
+
+void contact_make_force_room(Contact *c, int most) {
+    c->pushing_count = c->follower_count = 0;
+    if (most > c->force_room) {
+        c->force_room = 2 * most;
+        c->forces = arena_push(c->arena, ContactForce, c->force_room);
+        c->pushing = arena_push(c->arena, int, c->force_room);
+        c->followers = arena_push(c->arena, Follower, c->force_room);
     }
 }
 
@@ -244,13 +270,18 @@ static void move_group(Contact *c, int g) {
     c->motion[g] = (GroupMotion){middle, deviation, vec3_length(middle) + deviation};
 }
 
-static void move_groups(Contact *c) {
-    const Surface *s = &c->surface;
-    for (int p = 0; p < s->panel_count; p++) {
-        for (int g = s->first_group[p]; g < s->first_group[p + 1] && !s->panels[p].still; g++) {
+static void move_chunk(int chunk, int first, int end, void *context) {
+    (void)chunk;
+    Contact *c = context;
+    for (int g = first; g < end; g++) {
+        if (!c->surface.panels[c->surface.groups[g].panel].still) {
             move_group(c, g);
         }
     }
+}
+
+static void move_groups(Contact *c) {
+    parallel_for(c->surface.group_count, MOVE_GRAIN, move_chunk, c);
 }
 
 void contact_move_changed_groups(Contact *c) {

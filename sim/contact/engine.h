@@ -7,6 +7,7 @@
 #include "sim/contact/contact.h"
 #include "sim/contact/places.h"
 #include "sim/contact/quiet.h"
+#include "sim/contact/touch.h"
 
 /* How a group moves in this step. */
 typedef struct GroupMotion {
@@ -15,42 +16,23 @@ typedef struct GroupMotion {
     double fastest;   /* [m/s] no vertex is faster */
 } GroupMotion;
 
-/* A vertex (place[1] < 0) or a triangle at an obstacle. */
-typedef struct Touch {
-    int obstacle, owner; /* owner: which group at which obstacle */
-    int place[3];
-    double distance; /* [m] */
-    double frozen;   /* [m] of a vertex: path of its group until which normal and point stay */
-    Vec3 normal;     /* from the obstacle to the cloth */
-    Vec3 point;      /* closest point of the obstacle */
-    double weight[3];
-    int feature;   /* corners that hold the closest point of the cloth */
-    bool spare;    /* a triangle over a flat face: the planes of its corners do for it */
-    double margin; /* [m] of motion while it stays spare */
-    Vec3 bristle;
-} Touch;
-
-/* A group at an obstacle: the same rules as for a GroupPair. */
-typedef struct GroupTouch {
-    double path, limit, near, speed;
-} GroupTouch;
-
-/* Distance and normal of a vertex at an obstacle, kept while positions stay. */
-typedef struct VertexDistance {
-    long stamp;
-    double distance;
-    Vec3 place, normal; /* in the frame of the obstacle */
-} VertexDistance;
-
-/* A pose as its axes, which is quicker to apply. */
-typedef struct Frame {
-    Vec3 origin, axis[3];
-} Frame;
-
 /* A pair that is near in this step, and its group pair. */
 typedef struct DuePair {
     int pair, owner;
 } DuePair;
+
+/* What one contact does in this step, found for all of them at once and then added in turn. */
+typedef struct ContactForce {
+    Vec3 sum, damping, friction; /* [N] all of it, and its parts that take energy */
+    double stiffness;            /* [N/m] for the inertia of the kick */
+    Vec3 carried;                /* [m/s] of what is met and follows a programme */
+    double approach;             /* [m/s] */
+} ContactForce;
+
+/* Of two that stand for one contact, the second follows the bristle of the first. */
+typedef struct Follower {
+    int second, first;
+} Follower;
 
 /* A contact that several pairs may stand for, and the pair that came first. */
 typedef struct Twin {
@@ -82,6 +64,14 @@ struct Contact {
     int *vertex_groups;      /* groups of every vertex */
     unsigned char *wanted;   /* (group_pair_room) group pairs to be searched */
     int wanted_room;
+    int *wanted_counts;   /* of chunks of them */
+    int *due_owners;      /* (wanted_room) group pairs with pairs to be looked at */
+    int *near_pairs;      /* (due_room) those of each from its `begin` on */
+    ContactForce *forces; /* (force_room) of the pairs or touches that push, one kind at a time */
+    int force_room;
+    int *pushing;        /* (pushing_count) which those are */
+    Follower *followers; /* (follower_count) of this step */
+    int pushing_count, follower_count;
     DuePair *due_pairs; /* pairs evaluated in this step */
     int due_count, due_room;
     int *tight;  /* pairs that impulses may have to hold apart */
@@ -112,6 +102,8 @@ struct Contact {
     int touch_count, touch_room;
     int *due_touches;
     int due_touch_count;
+    int *looked;               /* (touch_room) touches to be looked at now */
+    long *wanted_places;       /* indices into `distances` to be found for that */
     VertexDistance *distances; /* (vertex_count x obstacle_count) */
     Pose *poses, *next;        /* (obstacle_count) now; demanded at the end of the step */
     Frame *frames;             /* (obstacle_count) of poses */
@@ -125,6 +117,9 @@ struct Contact {
     ContactStatistics statistics;
 };
 
+static inline double *contact_vertex_bristle(const Contact *c, int place, int obstacle) {
+    return c->bristles + 3 * ((size_t)place * (size_t)c->def->obstacle_count + (size_t)obstacle);
+}
 /* groups of cloth come before those of meshes */
 static inline int contact_cloth_groups(const Contact *c) {
     return c->surface.first_group[c->def->panel_count];
@@ -143,6 +138,8 @@ static inline double contact_mobility(const Contact *c, int place) {
 void contact_move_changed_groups(Contact *c);
 /* With the velocities at the end of a step in c->v. */
 void contact_count_losses(Contact *c);
+/* Room for so many forces. */
+void contact_make_force_room(Contact *c, int most);
 /* The index that came first with this key since contact_clear_twins, or -1: `index` is the first. */
 int contact_find_twin(Contact *c, const int key[3], int index);
 void contact_clear_twins(Contact *c, int most); /* and makes room for so many */
@@ -182,27 +179,44 @@ int pair_obstacle(const Contact *c, const Pair *pair);
  * from the mesh to the cloth. */
 double mesh_reach(const Contact *c, const Pair *pair, Vec3 away);
 
-/* obstacle_distance.c: distance, normal, feature of a touch at the positions of now */
+/* obstacle_distance.c: distance, normal, feature of a touch at the positions of now, from the
+ * distances of its vertices where they are known */
 void obstacle_evaluate(Contact *c, const Points *x, Touch *touch);
+void obstacle_vertex(const Contact *c, const Points *x, VertexDistance *distance, int place,
+                     int obstacle);
 /* [m] how far a vertex can go until that must be done again: on a flat face to its end, elsewhere a
  * small share of the contact distance; -1: not at all. Until then it is as far as from its plane. */
 double obstacle_frozen(const Contact *c, const Touch *touch);
 void obstacle_project(const Points *x, Touch *touch);
 
-/* obstacle.c: cloth with obstacles */
+/* obstacle_lists.c: touches that are near */
 void obstacle_begin(Contact *c, double dt);
-void obstacle_find(Contact *c, double dt);                   /* the touches that are near now */
-double touch_friction(const Contact *c, const Touch *touch); /* mu */
+/* Searches the groups that spent their path, or that became too fast for their list; then another
+ * look is due, and true. */
+bool obstacle_search(Contact *c, bool by_path, double dt);
+void obstacle_look(Contact *c);                       /* at all that are due by their path */
+void obstacle_find(Contact *c, double dt);            /* the touches that are near now */
+void obstacle_forget(const Contact *c, Touch *touch); /* its bristle */
+void obstacle_restore(Contact *c, int first); /* kept bristles to the touches from `first` on */
+int obstacle_remember(const Contact *c, PairMemory *memory, int room);
+
+/* obstacle_motion.c */
+void obstacle_place(Contact *c, int obstacle); /* its frame, from its pose */
 void obstacle_demand(Contact *c, double dt, double time_end);
+/* [m/s] of the obstacle at the contact point, from its demanded motion */
+Vec3 obstacle_velocity(const Contact *c, const Touch *touch, double dt);
+/* [m] how far it will reach along the normal beyond the plane of now */
+double obstacle_reach(const Contact *c, const Touch *touch);
+void obstacle_move(Contact *c, double dt);
+
+/* obstacle.c: forces and guard */
+double touch_friction(const Contact *c, const Touch *touch); /* mu */
 void obstacle_forces(Contact *c, double dt, double share);
 void obstacle_refresh(Contact *c, double dt);
 void obstacle_impulses(Contact *c, double dt);
 void obstacle_shorten(Contact *c, double dt);
-void obstacle_move(Contact *c, double dt);
 void obstacle_advance(Contact *c, double dt);
 bool obstacle_check(Contact *c, double dt);
 double obstacle_energy(const Contact *c, double dt);
-void obstacle_restore(Contact *c, int first); /* kept bristles to the touches from `first` on */
-int obstacle_remember(const Contact *c, PairMemory *memory, int room);
 
 #endif

@@ -17,12 +17,6 @@ static inline Vec3 contact_point_velocity(const Contact *c, int count, const int
     return v;
 }
 
-/* Of one contact [N]: all of it, and its parts that take energy. */
-typedef struct ContactForce {
-    Vec3 sum, damping, friction;
-    double stiffness; /* [N/m] for the inertia of the kick */
-} ContactForce;
-
 /* Adds the share w of a force to a vertex. */
 static inline void contact_push(Contact *c, int place, double w, const ContactForce *force) {
     const Lanes *lanes = c->view.lanes;
@@ -42,11 +36,19 @@ static inline void contact_push(Contact *c, int place, double w, const ContactFo
     toll->friction = vec3_axpy(toll->friction, impulse, force->friction);
 }
 
-/* What the force does to something else, which moves with that velocity [m/s], is no loss. */
-static inline void contact_carry(Contact *c, const ContactForce *force, Vec3 carried) {
-    c->statistics.work += c->kick_time * vec3_dot(force->sum, carried);
-    c->statistics.damping += c->kick_time * vec3_dot(force->damping, carried);
-    c->statistics.friction += c->kick_time * vec3_dot(force->friction, carried);
+/* Adds a force to the vertices of a contact. What it does to something that is carried is no loss. */
+static inline void contact_apply(Contact *c, const ContactForce *force, int count, const int *place,
+                                 const double *weight) {
+    ContactStatistics *s = &c->statistics;
+    s->approach = max2(s->approach, force->approach);
+    s->work += c->kick_time * vec3_dot(force->sum, force->carried);
+    s->damping += c->kick_time * vec3_dot(force->damping, force->carried);
+    s->friction += c->kick_time * vec3_dot(force->friction, force->carried);
+    for (int k = 0; k < count; k++) {
+        if (place[k] < c->def->vertex_count && weight[k] != 0.0) {
+            contact_push(c, place[k], weight[k], force);
+        }
+    }
 }
 
 /* The bristle follows the sliding velocity for `share_dt`, is cut to `limit` and answers with a

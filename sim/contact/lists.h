@@ -25,6 +25,7 @@ typedef struct GroupPair {
     double speed;     /* [m/s] bound of the relative speed in this step */
     bool dense;       /* many pairs were found: the next search reaches less far */
     int begin, count; /* its pairs */
+    int near_count;   /* of those, at the last look */
     double earliest;  /* [m] path at which the first of them must be looked at */
     long evaluated;   /* stamp at which they were looked at last */
 } GroupPair;

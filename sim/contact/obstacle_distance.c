@@ -14,15 +14,20 @@ static Vec3 frame_apply(const Frame *f, Vec3 a) {
     return vec3_axpy(sum, a.z, f->axis[2]);
 }
 
+void obstacle_vertex(const Contact *c, const Points *x, VertexDistance *v, int place,
+                     int obstacle) {
+    const Frame *f = &c->frames[obstacle];
+    Vec3 d = vec3_sub(point_at(x, place), f->origin);
+    v->place = vec3(vec3_dot(f->axis[0], d), vec3_dot(f->axis[1], d), vec3_dot(f->axis[2], d));
+    v->distance = solid_distance(&c->def->obstacles[obstacle].solid, v->place, &v->normal);
+}
+
 static const VertexDistance *vertex_distance(Contact *c, const Points *x, int place, int obstacle) {
     VertexDistance *v =
         &c->distances[(size_t)place * (size_t)c->def->obstacle_count + (size_t)obstacle];
     if (v->stamp != c->lists.stamp) {
-        const Frame *f = &c->frames[obstacle];
-        Vec3 d = vec3_sub(point_at(x, place), f->origin);
         v->stamp = c->lists.stamp;
-        v->place = vec3(vec3_dot(f->axis[0], d), vec3_dot(f->axis[1], d), vec3_dot(f->axis[2], d));
-        v->distance = solid_distance(&c->def->obstacles[obstacle].solid, v->place, &v->normal);
+        obstacle_vertex(c, x, v, place, obstacle);
     }
     return v;
 }

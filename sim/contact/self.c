@@ -3,7 +3,12 @@
 #include <string.h>
 
 #include "sim/base/clock.h"
+#include "sim/base/parallel.h"
 #include "sim/contact/force.h"
+
+/* what a thread takes at once, some 10 us: group pairs to be asked, to be evaluated */
+#define OWNER_GRAIN 1000
+#define BLOCK_GRAIN 16
 
 static double relative_speed(const Contact *c, const GroupPair *pair) {
     const GroupMotion *a = &c->motion[pair->a], *b = &c->motion[pair->b];
@@ -37,14 +42,72 @@ static void make_room(Contact *c) {
     if (c->wanted_room < c->lists.group_pair_room) {
         c->wanted_room = c->lists.group_pair_room;
         c->wanted = arena_push(c->arena, unsigned char, c->wanted_room);
+        c->wanted_counts =
+            arena_push(c->arena, int, parallel_chunk_count(c->wanted_room, OWNER_GRAIN));
+        c->due_owners = arena_push(c->arena, int, c->wanted_room);
     }
 }
 
-/* the pairs of one group pair that are due by its path, evaluated */
+/* must a group pair be searched? May take its speed */
+typedef bool Wants(const Contact *c, GroupPair *pair, double dt);
+
+typedef struct OwnerJob {
+    Contact *c;
+    Wants *wants;
+    double dt;
+} OwnerJob;
+
+static void ask_chunk(int chunk, int first, int end, void *context) {
+    const OwnerJob *job = context;
+    Contact *c = job->c;
+    int count = 0;
+    for (int i = first; i < end; i++) {
+        c->wanted[i] = job->wants(c, &c->lists.group_pairs[i], job->dt);
+        count += c->wanted[i];
+    }
+    c->wanted_counts[chunk] = count;
+}
+
+/* asks all group pairs, into c->wanted; returns how many must */
+static int ask_all(Contact *c, Wants *wants, double dt) {
+    OwnerJob job = {c, wants, dt};
+    int owners = c->lists.group_pair_count, count = 0;
+    parallel_for(owners, OWNER_GRAIN, ask_chunk, &job);
+    for (int k = 0; k < parallel_chunk_count(owners, OWNER_GRAIN); k++) {
+        count += c->wanted_counts[k];
+    }
+    return count;
+}
+
+static bool is_spent(const Contact *c, GroupPair *pair, double dt) {
+    (void)c, (void)dt;
+    return pair->path > pair->limit;
+}
+
+static bool outgrows_list(const Contact *c, GroupPair *pair, double dt) {
+    pair->speed = relative_speed(c, pair);
+    return CONTACT_LEAST_NEAR_STEPS * pair->speed * dt > pair->near || pair->limit < 0.0;
+}
+
+static bool outruns_planes(const Contact *c, GroupPair *pair, double dt) {
+    pair->speed = relative_speed(c, pair);
+    return pair->speed * dt > CONTACT_PLANE_SHARE * pair->near;
+}
+
+static bool is_new(const Contact *c, GroupPair *pair, double dt) {
+    (void)dt;
+    pair->speed = relative_speed(c, pair);
+    return true;
+}
+
+/* the pairs of one group pair that are due by its path, evaluated; those that are near into
+ * c->near_pairs from owner->begin on */
 static void evaluate_block(Contact *c, const Points *x, GroupPair *owner) {
     Lists *l = &c->lists;
     bool known = owner->evaluated == l->stamp;
     double near = owner->near, earliest = INFINITY;
+    int *found = c->near_pairs + owner->begin;
+    owner->near_count = 0;
     for (int p = owner->begin; p < owner->begin + owner->count; p++) {
         if (owner->path < l->due[p]) {
             earliest = min2(earliest, l->due[p]);
@@ -61,7 +124,7 @@ static void evaluate_block(Contact *c, const Points *x, GroupPair *owner) {
         }
         earliest = min2(earliest, l->due[p]);
         if (pair->distance <= near) {
-            c->due_pairs[c->due_count++] = (DuePair){p, (int)(owner - l->group_pairs)};
+            found[owner->near_count++] = p;
         } else {
             pair->bristle = vec3(0, 0, 0);
         }
@@ -70,20 +133,37 @@ static void evaluate_block(Contact *c, const Points *x, GroupPair *owner) {
     owner->evaluated = l->stamp;
 }
 
+static void evaluate_chunk(int chunk, int first, int end, void *context) {
+    (void)chunk;
+    Contact *c = context;
+    Points x = contact_positions(c);
+    for (int k = first; k < end; k++) {
+        evaluate_block(c, &x, &c->lists.group_pairs[c->due_owners[k]]);
+    }
+}
+
 /* all due pairs */
 static void evaluate(Contact *c) {
     Lists *l = &c->lists;
-    Points x = contact_positions(c);
+    int owners = 0;
     if (c->due_room < l->pair_room) {
         c->due_room = l->pair_room;
         c->due_pairs = arena_push(c->arena, DuePair, c->due_room);
+        c->near_pairs = arena_push(c->arena, int, c->due_room);
         c->tight = arena_push(c->arena, int, c->due_room);
     }
-    c->due_count = 0;
     for (int i = 0; i < l->group_pair_count; i++) {
-        GroupPair *owner = &l->group_pairs[i];
-        if (owner->count > 0 && owner->path >= owner->earliest) {
-            evaluate_block(c, &x, owner);
+        if (l->group_pairs[i].count > 0 && l->group_pairs[i].path >= l->group_pairs[i].earliest) {
+            c->due_owners[owners++] = i;
+        }
+    }
+    parallel_for(owners, BLOCK_GRAIN, evaluate_chunk, c);
+    c->due_count = 0;
+    for (int k = 0; k < owners; k++) {
+        const GroupPair *owner = &l->group_pairs[c->due_owners[k]];
+        for (int m = 0; m < owner->near_count; m++) {
+            c->due_pairs[c->due_count++] =
+                (DuePair){c->near_pairs[owner->begin + m], c->due_owners[k]};
         }
     }
     c->statistics.evaluations += c->due_count;
@@ -113,10 +193,7 @@ void self_begin(Contact *c, double dt) {
     Lists *l = &c->lists;
     l->stamp++;
     remake(c, dt);
-    for (int i = 0; i < l->group_pair_count; i++) {
-        l->group_pairs[i].speed = relative_speed(c, &l->group_pairs[i]);
-        c->wanted[i] = 1;
-    }
+    ask_all(c, is_new, dt);
     search(c, dt);
 }
 
@@ -162,29 +239,23 @@ static Vec3 carried_by_mesh(const Contact *c, const Pair *pair) {
     return carried;
 }
 
-static void push_pair(Contact *c, Pair *pair, double dt, double share) {
+static ContactForce force_of(const Contact *c, Pair *pair, double dt, double share) {
     double force, curvature, mass = pair_mass(c, pair), k = pair_stiffness(c, pair, dt);
     contact_law(pair->distance, pair->dhat, k, &force, &curvature);
     Vec3 v = pair_velocity(c, pair);
     double vn = vec3_dot(v, pair->normal), critical = 2.0 * sqrt(k * mass);
     double damping = CONTACT_SELF_DAMPING * critical;
     double total = max2(0.0, force - damping * vn);
-    c->statistics.approach = max2(c->statistics.approach, -vn);
     Vec3 sliding = vec3_axpy(v, -vn, pair->normal);
     Vec3 friction = contact_friction(&pair->bristle, pair->normal, sliding, share * dt,
                                      total * pair_friction(c, pair), k, critical);
-    ContactForce push = {.sum = vec3_axpy(friction, total, pair->normal),
-                         .damping = vec3_scale(total - force, pair->normal),
-                         .friction = friction,
-                         .stiffness = 2.0 * (curvature + damping / dt)};
-    if (c->places.meshes) {
-        contact_carry(c, &push, carried_by_mesh(c, pair));
-    }
-    for (int a = 0; a < 4; a++) {
-        if (pair->place[a] < c->def->vertex_count && pair->weight[a] != 0.0) {
-            contact_push(c, pair->place[a], pair->weight[a], &push);
-        }
-    }
+    return (ContactForce){.sum = vec3_axpy(friction, total, pair->normal),
+                          .damping = vec3_scale(total - force, pair->normal),
+                          .friction = friction,
+                          .stiffness = 2.0 * (curvature + damping / dt),
+                          .carried =
+                              c->places.meshes ? carried_by_mesh(c, pair) : vec3(0.0, 0.0, 0.0),
+                          .approach = -vn};
 }
 
 static bool all_held(const Contact *c, const Pair *pair) {
@@ -193,35 +264,41 @@ static bool all_held(const Contact *c, const Pair *pair) {
 }
 
 /* Does the pair give a force? An edge-edge pair when both points lie inside their edges; a
- * vertex-triangle pair always, but once for every vertex or edge of the other side. If another pair
- * stands for it, its bristle is that pair's */
-static bool is_active(Contact *c, int p) {
-    Pair *pair = &c->lists.pairs[p];
+ * vertex-triangle pair always, but once for every vertex or edge of the other side: -1, or the pair
+ * that stands for it. Without one its bristle is none. */
+static bool is_active(Contact *c, int p, int *twin) {
+    const Pair *pair = &c->lists.pairs[p];
+    *twin = -1;
     if (pair->distance >= pair->dhat || all_held(c, pair) ||
         (pair->kind == PAIR_EDGES && pair->feature != 3)) {
-        pair->bristle = vec3(0, 0, 0);
         return false;
     }
-    if (pair->kind == PAIR_EDGES || pair->feature == 7) {
-        return true;
+    if (pair->kind == PAIR_FACE && pair->feature != 7) {
+        int key[3];
+        pair_twin_key(pair, key);
+        *twin = contact_find_twin(c, key, p);
     }
-    int key[3];
-    pair_twin_key(pair, key);
-    int twin = contact_find_twin(c, key, p);
-    if (twin >= 0) {
-        pair->bristle = c->lists.pairs[twin].bristle; /* whichever is first after a search */
+    return *twin < 0;
+}
+
+static void choose_pushing(Contact *c) {
+    contact_make_force_room(c, c->due_count);
+    contact_clear_twins(c, c->due_count);
+    for (int k = 0; k < c->due_count; k++) {
+        int twin, p = c->due_pairs[k].pair;
+        if (is_active(c, p, &twin)) {
+            c->pushing[c->pushing_count++] = p;
+        } else if (twin >= 0) {
+            c->followers[c->follower_count++] = (Follower){p, twin};
+        } else {
+            c->lists.pairs[p].bristle = vec3(0, 0, 0);
+        }
     }
-    return twin < 0;
 }
 
 void self_find(Contact *c, double dt) {
     Lists *l = &c->lists;
-    int spent = 0;
-    for (int i = 0; i < l->group_pair_count; i++) {
-        c->wanted[i] = l->group_pairs[i].path > l->group_pairs[i].limit;
-        spent += c->wanted[i];
-    }
-    if (spent > 0) {
+    if (ask_all(c, is_spent, dt) > 0) {
         search(c, dt);
     } else {
         evaluate(c);
@@ -234,13 +311,32 @@ void self_find(Contact *c, double dt) {
     }
 }
 
+typedef struct ForceJob {
+    Contact *c;
+    double dt, share;
+} ForceJob;
+
+static void find_forces(int chunk, int first, int end, void *context) {
+    (void)chunk;
+    const ForceJob *job = context;
+    Contact *c = job->c;
+    for (int k = first; k < end; k++) {
+        c->forces[k] = force_of(c, &c->lists.pairs[c->pushing[k]], job->dt, job->share);
+    }
+}
+
 void self_forces(Contact *c, double dt, double share) {
     self_find(c, dt);
-    contact_clear_twins(c, c->due_count);
-    for (int k = 0; k < c->due_count; k++) {
-        if (is_active(c, c->due_pairs[k].pair)) {
-            push_pair(c, &c->lists.pairs[c->due_pairs[k].pair], dt, share);
-        }
+    choose_pushing(c);
+    ForceJob job = {c, dt, share};
+    parallel_for(c->pushing_count, CONTACT_FORCE_GRAIN, find_forces, &job);
+    Pair *pairs = c->lists.pairs;
+    for (int k = 0; k < c->pushing_count; k++) {
+        const Pair *pair = &pairs[c->pushing[k]];
+        contact_apply(c, &c->forces[k], 4, pair->place, pair->weight);
+    }
+    for (int k = 0; k < c->follower_count; k++) { /* whichever is first after a search */
+        pairs[c->followers[k].second].bristle = pairs[c->followers[k].first].bristle;
     }
 }
 
@@ -250,7 +346,8 @@ double self_energy(Contact *c, double dt) {
     for (int k = 0; k < c->due_count; k++) {
         const Pair *pair = &c->lists.pairs[c->due_pairs[k].pair];
         double force, curvature;
-        if (is_active(c, c->due_pairs[k].pair)) {
+        int twin;
+        if (is_active(c, c->due_pairs[k].pair, &twin)) {
             energy += contact_law(pair->distance, pair->dhat, pair_stiffness(c, pair, dt), &force,
                                   &curvature);
         }
@@ -268,15 +365,7 @@ void self_refresh(Contact *c, double dt) {
     if (remade) {
         remake(c, dt);
     }
-    int wanted = 0;
-    for (int i = 0; i < l->group_pair_count; i++) {
-        GroupPair *pair = &l->group_pairs[i];
-        pair->speed = relative_speed(c, pair);
-        c->wanted[i] =
-            CONTACT_LEAST_NEAR_STEPS * pair->speed * dt > pair->near || pair->limit < 0.0;
-        wanted += c->wanted[i];
-    }
-    if (wanted > 0 || remade) {
+    if (ask_all(c, outgrows_list, dt) > 0 || remade) {
         search(c, dt);
     }
     c->level_step = step;
@@ -360,15 +449,8 @@ void self_shorten(Contact *c, double dt) {
 }
 
 bool self_check(Contact *c, double dt) {
-    Lists *l = &c->lists;
     c->level_step = max2(c->level_step, 2.0 * fastest_group(c) * dt);
-    bool again = false;
-    for (int i = 0; i < l->group_pair_count; i++) {
-        GroupPair *pair = &l->group_pairs[i];
-        pair->speed = relative_speed(c, pair);
-        c->wanted[i] = pair->speed * dt > CONTACT_PLANE_SHARE * pair->near;
-        again = again || c->wanted[i];
-    }
+    bool again = ask_all(c, outruns_planes, dt) > 0;
     if (again) {
         search(c, dt);
     }

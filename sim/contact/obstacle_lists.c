@@ -1,0 +1,294 @@
+/* obstacle_lists.c: which vertices and triangles of the cloth are near convex solids on the explicit
+ * road (explicit.md 5, 10.1): groups with paths, as for pairs. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "sim/base/parallel.h"
+#include "sim/contact/engine.h"
+
+#define LOOK_GRAIN 256 /* touches or vertices a thread takes at once, some 10 us */
+
+static void touch_key(const Touch *touch, int key[4]) {
+    memcpy(key, touch->place, 3 * sizeof *key);
+    key[3] = touch->obstacle;
+}
+
+static void add_touch(Contact *c, const Touch *touch, double due) {
+    int count = c->touch_count;
+    if (count == c->touch_room) {
+        c->touch_room = 2 * c->touch_room + 1024;
+        c->touches = arena_grow(c->arena, Touch, c->touches, count, c->touch_room);
+        c->touch_due = arena_grow(c->arena, double, c->touch_due, count, c->touch_room);
+        c->touch_owner = arena_grow(c->arena, int, c->touch_owner, count, c->touch_room);
+        c->due_touches = arena_push(c->arena, int, c->touch_room); /* a look follows */
+        c->looked = arena_push(c->arena, int, c->touch_room);
+        c->wanted_places = arena_push(c->arena, long, 3 * c->touch_room);
+    }
+    c->touches[c->touch_count] = *touch;
+    c->touch_owner[c->touch_count] = touch->owner;
+    c->touch_due[c->touch_count++] = due;
+}
+
+static double group_distance(const Contact *c, int g) {
+    return c->surface.panels[c->surface.groups[g].panel].distance;
+}
+
+/* lower bound of the distance of a group */
+static double group_apart(const Contact *c, const Points *x, int g, int o) {
+    const SurfaceGroup *group = &c->surface.groups[g];
+    Box box = box_empty();
+    for (int k = group->vertex_begin; k < group->vertex_end; k++) {
+        box_add(&box, point_at(x, c->surface.group_vertices[k]));
+    }
+    Vec3 normal, centre = vec3_scale(0.5, vec3_add(box.low, box.high));
+    double radius = 0.5 * vec3_length(vec3_sub(box.high, box.low));
+    Vec3 p = pose_unapply(c->poses[o], centre);
+    return solid_distance(&c->def->obstacles[o].solid, p, &normal) - radius;
+}
+
+static void search_cell(Contact *c, const Points *x, const SurfaceCell *cell, int owner, int o,
+                        double slack) {
+    const GroupTouch *group = &c->group_touches[owner];
+    for (int k = 0; k < cell->vertex_count; k++) {
+        Touch touch = {.obstacle = o,
+                       .owner = owner,
+                       .frozen = -1.0,
+                       .place = {cell->vertex[k], -1, -1},
+                       .weight = {1.0},
+                       .feature = 1};
+        obstacle_evaluate(c, x, &touch);
+        if (touch.distance <= group->near + slack) {
+            add_touch(c, &touch, group->path + touch.distance - group->near);
+        } else {
+            memset(contact_vertex_bristle(c, touch.place[0], o), 0, 3 * sizeof(double));
+        }
+    }
+    for (int k = 0; k < cell->triangle_count && c->def->obstacles[o].solid.kind != SOLID_PLANE;
+         k++) {
+        const int *corner = c->surface.triangles + 3 * (size_t)cell->triangle[k];
+        Touch touch = {.obstacle = o,
+                       .owner = owner,
+                       .frozen = -1.0,
+                       .place = {corner[0], corner[1], corner[2]}};
+        obstacle_evaluate(c, x, &touch);
+        if (touch.distance <= group->near + slack) {
+            add_touch(c, &touch, group->path + touch.distance - group->near);
+        }
+    }
+}
+
+static void query_group(Contact *c, const Points *x, int g, int o, double dt) {
+    int owner = g * c->def->obstacle_count + o;
+    GroupTouch *group = &c->group_touches[owner];
+    double dhat = group_distance(c, g), step = group->speed * dt;
+    group->near = max2(dhat, CONTACT_NEAR_STEPS * step);
+    double slack = max2(CONTACT_LEAST_SLACK * dhat, CONTACT_LONG_SLACK_STEPS * step);
+    if (c->def->obstacles[o].mesh) { /* its features are in the lists of pairs */
+        group->near = group->limit = INFINITY;
+        return;
+    }
+    double apart = group_apart(c, x, g, o);
+    if (apart > group->near + slack) {
+        group->limit = group->path + apart - group->near;
+        return;
+    }
+    const SurfaceGroup *cells = &c->surface.groups[g];
+    for (int k = cells->cell_begin; k < cells->cell_end; k++) {
+        search_cell(c, x, &c->surface.cells[k], owner, o, slack);
+    }
+    group->limit = group->path + slack;
+}
+
+static bool is_wanted(const GroupTouch *group, bool by_path, double dt) {
+    return by_path ? group->path > group->limit
+                   : CONTACT_LEAST_NEAR_STEPS * group->speed * dt > group->near;
+}
+
+/* takes out a touch; the last one fills its place */
+static void drop_touch(Contact *c, int t) {
+    const Touch *touch = &c->touches[t];
+    if (touch->place[1] >= 0 && vec3_dot(touch->bristle, touch->bristle) > 0.0 &&
+        c->touch_memory_count < c->touch_memory_room) {
+        PairMemory *memory = &c->touch_memory[c->touch_memory_count++];
+        touch_key(touch, memory->place);
+        vec3_store(memory->bristle, touch->bristle);
+    }
+    int last = --c->touch_count;
+    c->touches[t] = c->touches[last];
+    c->touch_due[t] = c->touch_due[last];
+    c->touch_owner[t] = c->touch_owner[last];
+}
+
+bool obstacle_search(Contact *c, bool by_path, double dt) {
+    int owners = contact_cloth_groups(c) * c->def->obstacle_count, wanted = 0;
+    for (int i = 0; i < owners; i++) {
+        c->owner_wanted[i] = is_wanted(&c->group_touches[i], by_path, dt);
+        wanted += c->owner_wanted[i];
+    }
+    if (wanted == 0) {
+        return false;
+    }
+    Points x = contact_positions(c);
+    c->statistics.rebuilds++;
+    c->touch_memory_count = 0;
+    for (int t = 0; t < c->touch_count;) {
+        if (c->owner_wanted[c->touch_owner[t]]) {
+            drop_touch(c, t);
+        } else {
+            t++;
+        }
+    }
+    int first = c->touch_count;
+    for (int i = 0; i < owners; i++) {
+        if (c->owner_wanted[i]) {
+            query_group(c, &x, i / c->def->obstacle_count, i % c->def->obstacle_count, dt);
+        }
+    }
+    obstacle_restore(c, first);
+    return true;
+}
+
+static int compare_keys(const void *a, const void *b) {
+    return memcmp(((const PairMemory *)a)->place, ((const PairMemory *)b)->place,
+                  sizeof((const PairMemory *)a)->place);
+}
+
+/* gives kept bristles to the touches from `first` on */
+void obstacle_restore(Contact *c, int first) {
+    size_t kept = (size_t)c->touch_memory_count;
+    if (kept > 1) {
+        qsort(c->touch_memory, kept, sizeof *c->touch_memory, compare_keys);
+    }
+    for (int t = first; t < c->touch_count && kept > 0; t++) {
+        PairMemory key;
+        touch_key(&c->touches[t], key.place);
+        const PairMemory *memory =
+            bsearch(&key, c->touch_memory, kept, sizeof *c->touch_memory, compare_keys);
+        if (memory) {
+            c->touches[t].bristle = vec3_load(memory->bristle);
+        }
+    }
+    c->touch_memory_count = 0;
+}
+
+void obstacle_begin(Contact *c, double dt) {
+    for (int o = 0; o < c->def->obstacle_count; o++) {
+        obstacle_place(c, o);
+    }
+    c->touch_count = c->due_touch_count = 0;
+    memset(c->group_touches, 0,
+           (size_t)(contact_cloth_groups(c) * c->def->obstacle_count) * sizeof *c->group_touches);
+    for (int g = 0; g < contact_cloth_groups(c); g++) {
+        for (int o = 0; o < c->def->obstacle_count; o++) {
+            GroupTouch *group = &c->group_touches[g * c->def->obstacle_count + o];
+            group->speed = c->motion[g].fastest;
+            group->limit = -1.0;
+        }
+    }
+    int kept = c->touch_memory_count; /* from the last interval; nothing is dropped yet */
+    obstacle_search(c, true, dt);
+    c->touch_memory_count = kept;
+    obstacle_restore(c, 0);
+}
+
+void obstacle_forget(const Contact *c, Touch *touch) {
+    touch->bristle = vec3(0, 0, 0);
+    if (touch->place[1] < 0) {
+        memset(contact_vertex_bristle(c, touch->place[0], touch->obstacle), 0, 3 * sizeof(double));
+    }
+}
+
+/* ---- looking ---- */
+
+/* those to be looked at now, and the vertices whose distance must be found for that, each once */
+static int choose(Contact *c, int *place_count) {
+    int count = 0, places = 0, obstacles = c->def->obstacle_count;
+    for (int t = 0; t < c->touch_count; t++) {
+        double path = c->group_touches[c->touch_owner[t]].path;
+        if (path < c->touch_due[t]) {
+            continue;
+        }
+        const Touch *touch = &c->touches[t];
+        c->looked[count++] = t;
+        for (int k = 0; k < touch_corners(touch) && path > touch->frozen; k++) {
+            long at = (long)touch->place[k] * obstacles + touch->obstacle;
+            if (c->distances[at].stamp != c->lists.stamp) {
+                c->distances[at].stamp = c->lists.stamp;
+                c->wanted_places[places++] = at;
+            }
+        }
+    }
+    *place_count = places;
+    return count;
+}
+
+static void find_distances(int chunk, int first, int end, void *context) {
+    (void)chunk;
+    Contact *c = context;
+    Points x = contact_positions(c);
+    for (int k = first; k < end; k++) {
+        int place = (int)(c->wanted_places[k] / c->def->obstacle_count);
+        int obstacle = (int)(c->wanted_places[k] % c->def->obstacle_count);
+        obstacle_vertex(c, &x, &c->distances[c->wanted_places[k]], place, obstacle);
+    }
+}
+
+static void look_at(int chunk, int first, int end, void *context) {
+    (void)chunk;
+    Contact *c = context;
+    Points x = contact_positions(c);
+    for (int k = first; k < end; k++) {
+        Touch *touch = &c->touches[c->looked[k]];
+        double path = c->group_touches[touch->owner].path;
+        if (path <= touch->frozen) {
+            obstacle_project(&x, touch);
+        } else {
+            obstacle_evaluate(c, &x, touch);
+            touch->frozen = path + obstacle_frozen(c, touch);
+        }
+    }
+}
+
+void obstacle_look(Contact *c) {
+    int places, count = choose(c, &places);
+    parallel_for(places, LOOK_GRAIN, find_distances, c);
+    parallel_for(count, LOOK_GRAIN, look_at, c);
+    c->due_touch_count = 0;
+    for (int k = 0; k < count; k++) {
+        int t = c->looked[k];
+        Touch *touch = &c->touches[t];
+        const GroupTouch *group = &c->group_touches[touch->owner];
+        c->touch_due[t] = group->path + touch->distance - group->near;
+        if (touch->spare) {
+            c->touch_due[t] = max2(c->touch_due[t], group->path + touch->margin);
+        } else if (touch->distance <= group->near) {
+            c->due_touches[c->due_touch_count++] = t;
+        } else {
+            obstacle_forget(c, touch);
+        }
+    }
+    c->statistics.evaluations += c->due_touch_count;
+    c->statistics.pairs += c->touch_count;
+}
+
+void obstacle_find(Contact *c, double dt) {
+    obstacle_search(c, true, dt);
+    obstacle_look(c);
+    for (int k = 0; k < c->due_touch_count; k++) {
+        const Touch *touch = &c->touches[c->due_touches[k]];
+        c->statistics.smallest_gap = min2(c->statistics.smallest_gap, touch->distance);
+    }
+}
+
+int obstacle_remember(const Contact *c, PairMemory *memory, int room) {
+    int count = 0;
+    for (int t = 0; t < c->touch_count && count < room; t++) {
+        const Touch *touch = &c->touches[t];
+        if (touch->place[1] >= 0 && vec3_dot(touch->bristle, touch->bristle) > 0.0) {
+            touch_key(touch, memory[count].place);
+            vec3_store(memory[count++].bristle, touch->bristle);
+        }
+    }
+    return count;
+}

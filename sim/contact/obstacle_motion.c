@@ -1,0 +1,103 @@
+/* obstacle_motion.c: driven solids on the explicit road take part in the guard (explicit.md 10.1). */
+#include <math.h>
+
+#include "sim/contact/engine.h"
+
+void obstacle_place(Contact *c, int obstacle) {
+    Pose pose = c->poses[obstacle];
+    c->frames[obstacle] = (Frame){pose.shift,
+                   {quat_rotate(pose.turn, vec3(1, 0, 0)), quat_rotate(pose.turn, vec3(0, 1, 0)),
+                    quat_rotate(pose.turn, vec3(0, 0, 1))}};
+}
+
+/* largest motion of any point of an obstacle, per second */
+static double fastest_point(const ContactObstacle *obstacle, Pose a, Pose b, double dt) {
+    double bound = solid_bound(&obstacle->solid);
+    Quat turn = quat_multiply(b.turn, quat_inverse(a.turn));
+    double half = sqrt(turn.x * turn.x + turn.y * turn.y + turn.z * turn.z);
+    double angle = 2.0 * asin(min2(1.0, half));
+    double turned = isfinite(bound) ? bound * angle : 0.0;
+    return (vec3_length(vec3_sub(b.shift, a.shift)) + turned) / dt;
+}
+
+void obstacle_demand(Contact *c, double dt, double time_end) {
+    for (int o = 0; o < c->def->obstacle_count; o++) {
+        const ContactObstacle *obstacle = &c->def->obstacles[o];
+        if (!obstacle->moves) {
+            c->clocks[o] = c->next_clocks[o] = time_end;
+            continue;
+        }
+        /* a clock that fell behind catches up, and may run backwards with its programme */
+        double behind = time_end - c->clocks[o], most = CONTACT_CATCH_UP * dt;
+        c->next_clocks[o] = c->clocks[o] + max2(-most, min2(most, behind));
+        c->next[o] = contact_pose(obstacle, c->next_clocks[o]);
+        if (obstacle->mesh) {
+            mesh_demand(c, o, dt);
+        } else {
+            c->obstacle_speed[o] = fastest_point(obstacle, c->poses[o], c->next[o], dt);
+        }
+    }
+}
+
+Vec3 obstacle_velocity(const Contact *c, const Touch *touch, double dt) {
+    if (!c->def->obstacles[touch->obstacle].moves) {
+        return vec3(0, 0, 0);
+    }
+    Vec3 local = pose_unapply(c->poses[touch->obstacle], touch->point);
+    Vec3 moved = pose_apply(c->next[touch->obstacle], local);
+    return vec3_scale(1.0 / dt, vec3_sub(moved, touch->point));
+}
+
+double obstacle_reach(const Contact *c, const Touch *touch) {
+    const ContactObstacle *obstacle = &c->def->obstacles[touch->obstacle];
+    if (!obstacle->moves) {
+        return 0.0;
+    }
+    Pose pose = c->next[touch->obstacle];
+    if (obstacle->solid.kind == SOLID_PLANE) {
+        Vec3 moved = pose_apply(pose, pose_unapply(c->poses[touch->obstacle], touch->point));
+        return vec3_dot(touch->normal, vec3_sub(moved, touch->point));
+    }
+    Vec3 local = quat_rotate(quat_inverse(pose.turn), touch->normal);
+    double reach = solid_support(&obstacle->solid, local) + vec3_dot(touch->normal, pose.shift);
+    return reach - vec3_dot(touch->normal, touch->point);
+}
+
+/* phi: the largest share of its demanded motion that keeps every near corner separated */
+static double free_share(const Contact *c, const Points *x, int o, double dt) {
+    double phi = 1.0;
+    for (int k = 0; k < c->due_touch_count; k++) {
+        const Touch *touch = &c->touches[c->due_touches[k]];
+        if (touch->obstacle != o) {
+            continue;
+        }
+        double beyond = obstacle_reach(c, touch), gap = INFINITY;
+        for (int a = 0; a < touch_corners(touch); a++) {
+            Vec3 v = contact_velocity(c, touch->place[a]);
+            Vec3 end = vec3_axpy(point_at(x, touch->place[a]), dt, v);
+            gap = min2(gap, vec3_dot(touch->normal, vec3_sub(end, touch->point)));
+        }
+        gap -= CONTACT_PLANE_FLOOR * c->def->vertex_distance[touch->place[0]];
+        if (beyond > CONTACT_YIELD_SHARE * gap) {
+            phi = min2(phi, max2(0.0, CONTACT_YIELD_SHARE * gap / beyond));
+        }
+    }
+    return phi;
+}
+
+void obstacle_move(Contact *c, double dt) {
+    Points x = contact_positions(c);
+    for (int o = 0; o < c->def->obstacle_count; o++) {
+        const ContactObstacle *obstacle = &c->def->obstacles[o];
+        if (!obstacle->moves) {
+            continue;
+        }
+        double phi = obstacle->mesh ? mesh_free_share(c, o, dt) : free_share(c, &x, o, dt);
+        c->clocks[o] += phi * (c->next_clocks[o] - c->clocks[o]);
+        c->poses[o] = phi == 1.0 ? c->next[o] : contact_pose(obstacle, c->clocks[o]);
+        obstacle_place(c, o);
+        if (obstacle->mesh) {
+            mesh_move(c, o, phi);
+        }
+    }
+}
