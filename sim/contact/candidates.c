@@ -165,7 +165,8 @@ static void meet_groups(int a, int b, void *context) {
     if ((mesh_a && mesh_b) || !(mesh_a || mesh_b || c->def->self)) {
         return;
     }
-    if (flatness_distance(&c->places.surface, c->slopes, &middles, c->stamp, a, b) >
+    flatness_refresh(&c->places.surface, c->slopes, &middles, c->stamp, a, b);
+    if (flatness_distance(&c->places.surface, c->slopes, a, b) >
         reach + c->rooms[a] + c->rooms[b]) {
         return;
     }

@@ -49,28 +49,46 @@ int flatness_step(int from, int to, int count, bool wrap) {
     return step < -1 || step > 1 ? 2 : step;
 }
 
-double flatness_distance(const Surface *surface, GroupSlopes *slopes, const Points *x, long stamp,
-                         int first, int second) {
+int flatness_groups(const Surface *surface, int first, int second, int group[4]) {
     const SurfaceGroup *a = &surface->groups[first], *b = &surface->groups[second];
     const SurfacePanel *panel = &surface->panels[a->panel];
     if (a->panel != b->panel || panel->nu == 0) {
-        return 0.0;
+        return 0;
     }
     const int *blocks = surface->blocks + 2 * a->panel;
     if (flatness_step(a->block[0], b->block[0], blocks[0], panel->wrap) == 2 ||
         flatness_step(a->block[1], b->block[1], blocks[1], false) == 2) {
+        return 0;
+    }
+    for (int k = 0; k < 4; k++) {
+        int i = k & 1 ? b->block[0] : a->block[0], j = k & 2 ? b->block[1] : a->block[1];
+        group[k] = surface->first_group[a->panel] + j * blocks[0] + i;
+    }
+    return 4;
+}
+
+void flatness_refresh(const Surface *surface, GroupSlopes *slopes, const Points *x, long stamp,
+                      int first, int second) {
+    int group[4], groups = flatness_groups(surface, first, second, group);
+    for (int k = 0; k < groups; k++) {
+        GroupSlopes *of_group = &slopes[group[k]];
+        if (of_group->stamp != stamp) {
+            flatness_slopes(surface, x, group[k], of_group->gradient);
+            of_group->stamp = stamp;
+        }
+    }
+}
+
+double flatness_distance(const Surface *surface, const GroupSlopes *slopes, int first, int second) {
+    int group[4];
+    if (flatness_groups(surface, first, second, group) == 0) {
         return 0.0;
     }
     Box gradient[2] = {box_empty(), box_empty()};
-    for (int k = 0; k < 4; k++) { /* the rectangle of both */
-        int i = k & 1 ? b->block[0] : a->block[0], j = k & 2 ? b->block[1] : a->block[1];
-        int g = surface->first_group[a->panel] + j * blocks[0] + i;
-        if (slopes[g].stamp != stamp) {
-            flatness_slopes(surface, x, g, slopes[g].gradient);
-            slopes[g].stamp = stamp;
-        }
-        gradient[0] = box_union(gradient[0], slopes[g].gradient[0]);
-        gradient[1] = box_union(gradient[1], slopes[g].gradient[1]);
+    for (int k = 0; k < 4; k++) {
+        gradient[0] = box_union(gradient[0], slopes[group[k]].gradient[0]);
+        gradient[1] = box_union(gradient[1], slopes[group[k]].gradient[1]);
     }
+    const SurfacePanel *panel = &surface->panels[surface->groups[first].panel];
     return flatness_least(gradient) * surface_lattice_altitude(panel);
 }

@@ -23,10 +23,17 @@ double flatness_least(const Box gradient[2]);
 /* -1, 0, 1: from a block to its neighbour, of `count` in a row; 2: farther. */
 int flatness_step(int from, int to, int count, bool wrap);
 
+/* The groups of the rectangle of blocks that holds two neighbouring ones (4, some more than once); 0
+ * where two groups are no neighbours on a lattice. */
+int flatness_groups(const Surface *surface, int first, int second, int group[4]);
+
+/* Finds their slopes for these positions, when that was not done yet. The stamp, never 0, changes when
+ * positions change. */
+void flatness_refresh(const Surface *surface, GroupSlopes *slopes, const Points *x, long stamp,
+                      int first, int second);
+
 /* [m] lower bound of the distance of features of two groups without a common vertex; at most 0
- * where there is no certificate. slopes: (group_count) kept between calls. The stamp, never 0,
- * changes when positions change. */
-double flatness_distance(const Surface *surface, GroupSlopes *slopes, const Points *x, long stamp,
-                         int first, int second);
+ * where there is no certificate. slopes: (group_count), of those groups at the positions of now. */
+double flatness_distance(const Surface *surface, const GroupSlopes *slopes, int first, int second);
 
 #endif

@@ -22,6 +22,7 @@ typedef struct GroupPair {
     double path;      /* [m] relative motion since it was made */
     double limit;     /* [m] path until which its pairs are complete */
     double near;      /* [m] */
+    double apart;     /* [m] bound of the distance at the last search */
     double speed;     /* [m/s] bound of the relative speed in this step */
     bool dense;       /* many pairs were found: the next search reaches less far */
     int begin, count; /* its pairs */
@@ -59,6 +60,16 @@ typedef struct GroupBounds {
     long boxed; /* stamp of the positions that they belong to */
 } GroupBounds;
 
+/* What one share of a search found. */
+typedef struct Found {
+    Pair *pairs;
+    double *due;
+    int count, room;
+    bool full; /* there is more: the room grows, and the share is searched again */
+} Found;
+
+#define SEARCH_CHUNKS 32
+
 typedef struct Lists {
     const Surface *surface;
     bool cloth_meets_cloth;
@@ -71,7 +82,10 @@ typedef struct Lists {
     GroupPair *group_pairs, *old_group_pairs;
     int group_pair_count, group_pair_room;
     int *renumber; /* (group_pair_room) */
-    int *slots;    /* hash of group pairs, for remakes */
+    int *searched; /* (group_pair_room) group pairs of this search */
+    int *marked;   /* (group_count) groups whose bounds are to be found */
+    Found found[SEARCH_CHUNKS];
+    int *slots; /* hash of group pairs, for remakes */
     int slot_count;
     double reach;    /* [m] groups farther apart are not listed */
     double spent;    /* [m] of it used up by motion */

@@ -5,9 +5,10 @@
 
 void obstacle_place(Contact *c, int obstacle) {
     Pose pose = c->poses[obstacle];
-    c->frames[obstacle] = (Frame){pose.shift,
-                   {quat_rotate(pose.turn, vec3(1, 0, 0)), quat_rotate(pose.turn, vec3(0, 1, 0)),
-                    quat_rotate(pose.turn, vec3(0, 0, 1))}};
+    c->frames[obstacle] =
+        (Frame){pose.shift,
+                {quat_rotate(pose.turn, vec3(1, 0, 0)), quat_rotate(pose.turn, vec3(0, 1, 0)),
+                 quat_rotate(pose.turn, vec3(0, 0, 1))}};
 }
 
 /* largest motion of any point of an obstacle, per second */

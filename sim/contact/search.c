@@ -1,0 +1,368 @@
+/* search.c: level 2 of the lists (lists.h): the pairs of features of group pairs. Each group pair is
+ * searched by itself, so that threads share the work; what they find is put together in order. */
+#include "sim/contact/search.h"
+
+#include <math.h>
+
+#include "sim/base/parallel.h"
+#include "sim/contact/constants.h"
+
+#define TRIM_BINS 32      /* of distance, to choose a slack */
+#define SAFE_FAR 1.0001   /* more than rounding does to a squared distance */
+#define LEAST_SINE2 1e-12 /* of two edges: below, their common normal is noise */
+/* what a thread takes at once, some 10 us: group pairs to be searched, groups to be bounded */
+#define SEARCH_GRAIN 4
+#define BOUND_GRAIN 32
+
+typedef struct Search {
+    const Lists *lists;
+    Found *found;
+    const Points *x;
+    double path, reach, near, dhat;
+    const SurfacePanel
+        *scattered; /* of both, or NULL: neighbours may be nearer than dhat at rest */
+} Search;
+
+/* are the parallel planes that hold the two features farther apart than the reach? Cheaper than
+ * the distance, of which theirs is a lower bound. */
+static inline bool planes_far(const Search *s, PairKind kind, const int place[4]) {
+    Vec3 a = point_at(s->x, place[0]), b = point_at(s->x, place[1]);
+    Vec3 c = point_at(s->x, place[2]), d = point_at(s->x, place[3]);
+    Vec3 e = kind == PAIR_FACE ? vec3_sub(c, d) : vec3_sub(a, b);
+    Vec3 f = kind == PAIR_FACE ? vec3_sub(b, d) : vec3_sub(c, d);
+    Vec3 normal = vec3_cross(e, f);
+    double apart = vec3_dot(normal, vec3_sub(a, d)), square = vec3_dot(normal, normal);
+    return apart * apart > SAFE_FAR * s->reach * s->reach * square &&
+           square > LEAST_SINE2 * vec3_dot(e, e) * vec3_dot(f, f);
+}
+
+static void add_pair(const Search *s, PairKind kind, int a, int b, int c, int d) {
+    Found *found = s->found;
+    int place[4] = {a, b, c, d};
+    if (planes_far(s, kind, place)) {
+        return;
+    }
+    if (found->count == found->room) {
+        found->full = true;
+        return;
+    }
+    Pair *pair = &found->pairs[found->count];
+    *pair = (Pair){.kind = kind, .place = {a, b, c, d}, .dhat = s->dhat};
+    pair_evaluate(s->x, pair);
+    if (pair->distance > s->reach) {
+        return;
+    }
+    if (s->scattered) {
+        pair->dhat = pair_rest_limit(s->scattered, pair, s->dhat);
+    }
+    lists_recall(s->lists, pair);
+    found->due[found->count++] = s->path + pair->distance - s->near;
+}
+
+static inline Box box_of(const Points *x, const int *places, int count) {
+    Vec3 first = point_at(x, places[0]);
+    Box box = {first, first};
+    for (int k = 1; k < count; k++) {
+        box_add(&box, point_at(x, places[k]));
+    }
+    return box;
+}
+
+/* boxes of what a cell owns, made when they are first needed */
+typedef struct CellBoxes {
+    bool known;
+    Box triangle[2], edge[5];
+} CellBoxes;
+
+static const CellBoxes *cell_boxes(const Search *s, const SurfaceCell *cell, CellBoxes *boxes) {
+    if (!boxes->known) {
+        const Surface *surface = s->lists->surface;
+        boxes->known = true;
+        for (int k = 0; k < cell->triangle_count; k++) {
+            boxes->triangle[k] =
+                box_of(s->x, surface->triangles + 3 * (size_t)cell->triangle[k], 3);
+        }
+        for (int k = 0; k < cell->edge_count; k++) {
+            boxes->edge[k] = box_of(s->x, surface->edges + 2 * (size_t)cell->edge[k], 2);
+        }
+    }
+    return boxes;
+}
+
+/* vertices owned by cell a against triangles of cell b, whose box is `around` */
+static void search_faces(const Search *s, const SurfaceCell *a, const SurfaceCell *b,
+                         const Box *around, const CellBoxes *in_b) {
+    for (int k = 0; k < a->vertex_count; k++) {
+        int v = a->vertex[k];
+        Box point = box_of(s->x, &v, 1);
+        for (int t = 0; t < b->triangle_count && box_near(&point, around, s->reach); t++) {
+            const int *corner = s->lists->surface->triangles + 3 * (size_t)b->triangle[t];
+            if (v != corner[0] && v != corner[1] && v != corner[2] &&
+                box_near(&point, &in_b->triangle[t], s->reach)) {
+                add_pair(s, PAIR_FACE, v, corner[0], corner[1], corner[2]);
+            }
+        }
+    }
+}
+
+static void search_edges(const Search *s, const SurfaceCell *a, const CellBoxes *in_a,
+                         const SurfaceCell *b, const Box *around, const CellBoxes *in_b) {
+    for (int i = 0; i < a->edge_count; i++) {
+        const int *p = s->lists->surface->edges + 2 * (size_t)a->edge[i];
+        if (!box_near(&in_a->edge[i], around, s->reach)) {
+            continue;
+        }
+        for (int j = a == b ? i + 1 : 0; j < b->edge_count; j++) {
+            const int *q = s->lists->surface->edges + 2 * (size_t)b->edge[j];
+            if (box_near(&in_a->edge[i], &in_b->edge[j], s->reach) && p[0] != q[0] &&
+                p[0] != q[1] && p[1] != q[0] && p[1] != q[1]) {
+                add_pair(s, PAIR_EDGES, p[0], p[1], q[0], q[1]);
+            }
+        }
+    }
+}
+
+static void search_pair(const Search *s, const GroupPair *pair) {
+    const Lists *l = s->lists;
+    const SurfaceGroup *a = &l->surface->groups[pair->a], *b = &l->surface->groups[pair->b];
+    const GroupBounds *in_a = &l->bounds[pair->a], *in_b = &l->bounds[pair->b];
+    CellBoxes boxes_a[SURFACE_GROUP_CELLS], boxes_b[SURFACE_GROUP_CELLS];
+    for (int k = 0; k < SURFACE_GROUP_CELLS; k++) {
+        boxes_a[k].known = boxes_b[k].known = false;
+    }
+    for (int i = a->cell_begin; i < a->cell_end; i++) {
+        const Box *box = &in_a->cell[i - a->cell_begin];
+        if (!box_near(box, &in_b->all, s->reach)) {
+            continue;
+        }
+        for (int j = pair->a == pair->b ? i : b->cell_begin; j < b->cell_end; j++) {
+            const SurfaceCell *p = &l->surface->cells[i], *q = &l->surface->cells[j];
+            const Box *other = &in_b->cell[j - b->cell_begin];
+            if (!box_near(box, other, s->reach)) {
+                continue;
+            }
+            const CellBoxes *of_p = cell_boxes(s, p, &boxes_a[i - a->cell_begin]);
+            const CellBoxes *of_q = cell_boxes(s, q, &boxes_b[j - b->cell_begin]);
+            search_faces(s, p, q, other, of_q);
+            if (i != j) {
+                search_faces(s, q, p, box, of_p);
+            }
+            search_edges(s, p, of_p, q, other, of_q);
+        }
+    }
+}
+
+/* [m] slack that leaves few pairs of those from `first` on, but at least `slack`; drops the rest */
+static double trim_pairs(Found *found, int first, double near, double slack, double longest) {
+    if (found->count - first <= CONTACT_FEW_PAIRS || longest <= slack) {
+        return longest;
+    }
+    int bins[TRIM_BINS] = {0}, most = 0;
+    double width = longest / TRIM_BINS;
+    for (int p = first; p < found->count; p++) {
+        int bin = (int)((found->pairs[p].distance - near) / width);
+        bins[bin < 0 ? 0 : bin >= TRIM_BINS ? TRIM_BINS - 1 : bin]++;
+    }
+    for (int sum = bins[0]; most + 1 < TRIM_BINS && sum <= CONTACT_FEW_PAIRS;) {
+        sum += bins[++most];
+    }
+    slack = max2(slack, most * width);
+    int kept = first;
+    for (int p = first; p < found->count; p++) {
+        if (found->pairs[p].distance <= near + slack) {
+            found->pairs[kept] = found->pairs[p];
+            found->due[kept++] = found->due[p];
+        }
+    }
+    found->count = kept;
+    return slack;
+}
+
+/* ---- group pairs ---- */
+
+typedef struct SearchJob {
+    Lists *lists;
+    const Points *x;
+    double dt;
+} SearchJob;
+
+static const SurfacePanel *panel_of(const Lists *l, int g) {
+    return &l->surface->panels[l->surface->groups[g].panel];
+}
+
+static double dhat_of(const Lists *l, const GroupPair *pair) {
+    return 0.5 * (panel_of(l, pair->a)->distance + panel_of(l, pair->b)->distance);
+}
+
+/* [m] beyond it a group pair needs no pairs */
+static double enough(const Lists *l, const GroupPair *pair) {
+    return pair->near + CONTACT_LEAST_SLACK * dhat_of(l, pair);
+}
+
+/* how near, and how flat: [m] a bound of the distance into pair->apart; slopes are known */
+static void judge_chunk(int chunk, int first, int end, void *context) {
+    (void)chunk;
+    const SearchJob *job = context;
+    Lists *l = job->lists;
+    for (int k = first; k < end; k++) {
+        GroupPair *pair = &l->group_pairs[l->searched[k]];
+        pair->near = max2(dhat_of(l, pair), CONTACT_NEAR_STEPS * pair->speed * job->dt);
+        pair->apart = flatness_distance(l->surface, l->slopes, pair->a, pair->b);
+    }
+}
+
+static void search_one(const SearchJob *job, GroupPair *pair, Found *found) {
+    Lists *l = job->lists;
+    const SurfacePanel *of_a = panel_of(l, pair->a), *of_b = panel_of(l, pair->b);
+    double dhat = dhat_of(l, pair), step = pair->speed * job->dt;
+    double most = max2(CONTACT_LEAST_SLACK * dhat, CONTACT_LONG_SLACK * of_a->h1);
+    double slack = min2(most, max2(CONTACT_LEAST_SLACK * dhat, CONTACT_SLACK_STEPS * step));
+    if (pair->apart <= enough(l, pair) && pair->a != pair->b) {
+        pair->apart = box_distance(&l->bounds[pair->a].all, &l->bounds[pair->b].all);
+    }
+    if (pair->apart > enough(l, pair)) {
+        pair->limit = pair->path + pair->apart - pair->near;
+        return;
+    }
+    double longest = pair->dense ? slack : max2(slack, min2(most, CONTACT_LONG_SLACK_STEPS * step));
+    Search search = {.lists = l,
+                     .found = found,
+                     .x = job->x,
+                     .path = pair->path,
+                     .reach = pair->near + longest,
+                     .near = pair->near,
+                     .dhat = dhat,
+                     .scattered = of_a == of_b && of_a->nu == 0 ? of_a : NULL};
+    int first = found->count;
+    search_pair(&search, pair);
+    if (found->full) {
+        return;
+    }
+    pair->dense = found->count - first > CONTACT_FEW_PAIRS;
+    pair->limit = pair->path + trim_pairs(found, first, pair->near, slack, longest);
+    pair->count = found->count - first;
+    pair->evaluated = l->stamp;
+    pair->earliest = INFINITY;
+    for (int p = first; p < found->count; p++) {
+        pair->earliest = min2(pair->earliest, found->due[p]);
+    }
+}
+
+static void search_chunk(int chunk, int first, int end, void *context) {
+    const SearchJob *job = context;
+    Found *found = &job->lists->found[chunk];
+    found->count = 0;
+    found->full = false;
+    for (int k = first; k < end && !found->full; k++) {
+        search_one(job, &job->lists->group_pairs[job->lists->searched[k]], found);
+    }
+}
+
+/* ---- bounds of groups, each found once for the positions of now ---- */
+
+static void bound_chunk(int chunk, int first, int end, void *context) {
+    (void)chunk;
+    const SearchJob *job = context;
+    Lists *l = job->lists;
+    for (int k = first; k < end; k++) {
+        const SurfaceGroup *group = &l->surface->groups[l->marked[k]];
+        GroupBounds *bounds = &l->bounds[l->marked[k]];
+        bounds->all = box_empty();
+        for (int i = group->cell_begin; i < group->cell_end; i++) {
+            const SurfaceCell *cell = &l->surface->cells[i];
+            Box box = box_empty();
+            for (int m = 0; m < 3 * cell->triangle_count; m++) {
+                int corner = l->surface->triangles[3 * cell->triangle[m / 3] + m % 3];
+                box_add(&box, point_at(job->x, corner));
+            }
+            bounds->cell[i - group->cell_begin] = box;
+            bounds->all = box_union(bounds->all, box);
+        }
+    }
+}
+
+static int mark_bounds(Lists *l, int g, int count) {
+    GroupBounds *bounds = &l->bounds[g];
+    if (bounds->boxed == l->stamp || (bounds->boxed > 0 && panel_of(l, g)->still)) {
+        return count;
+    }
+    bounds->boxed = l->stamp;
+    l->marked[count] = g;
+    return count + 1;
+}
+
+static void bound_marked(SearchJob *job, int count) {
+    parallel_for(count, BOUND_GRAIN, bound_chunk, job);
+}
+
+void search_bound_all(Lists *l, const Points *x) {
+    SearchJob job = {.lists = l, .x = x};
+    int count = 0;
+    for (int g = 0; g < l->surface->group_count; g++) {
+        count = mark_bounds(l, g, count);
+    }
+    bound_marked(&job, count);
+}
+
+static void slope_chunk(int chunk, int first, int end, void *context) {
+    (void)chunk;
+    const SearchJob *job = context;
+    Lists *l = job->lists;
+    for (int k = first; k < end; k++) {
+        flatness_slopes(l->surface, job->x, l->marked[k], l->slopes[l->marked[k]].gradient);
+    }
+}
+
+static void find_slopes(SearchJob *job, int searched) {
+    Lists *l = job->lists;
+    int count = 0;
+    for (int k = 0; k < searched; k++) {
+        const GroupPair *pair = &l->group_pairs[l->searched[k]];
+        int group[4], groups = flatness_groups(l->surface, pair->a, pair->b, group);
+        for (int m = 0; m < groups; m++) {
+            if (l->slopes[group[m]].stamp != l->stamp) {
+                l->slopes[group[m]].stamp = l->stamp;
+                l->marked[count++] = group[m];
+            }
+        }
+    }
+    parallel_for(count, BOUND_GRAIN, slope_chunk, job);
+}
+
+static void find_bounds(SearchJob *job, int searched) {
+    Lists *l = job->lists;
+    int count = 0;
+    for (int k = 0; k < searched; k++) {
+        const GroupPair *pair = &l->group_pairs[l->searched[k]];
+        if (pair->apart <= enough(l, pair)) {
+            count = mark_bounds(l, pair->a, count);
+            count = mark_bounds(l, pair->b, count);
+        }
+    }
+    bound_marked(job, count);
+}
+
+static void make_room(Lists *l, Found *found) {
+    found->room = 2 * found->room + 1024;
+    found->pairs = arena_push(l->arena, Pair, found->room);
+    found->due = arena_push(l->arena, double, found->room);
+}
+
+int search_pairs(Lists *l, const Points *x, int searched, double dt) {
+    SearchJob job = {l, x, dt};
+    int share = (searched + SEARCH_CHUNKS - 1) / SEARCH_CHUNKS;
+    int grain = share > SEARCH_GRAIN ? share : SEARCH_GRAIN;
+    find_slopes(&job, searched);
+    parallel_for(searched, BOUND_GRAIN, judge_chunk, &job);
+    find_bounds(&job, searched);
+    parallel_for(searched, grain, search_chunk, &job);
+    int chunks = parallel_chunk_count(searched, grain);
+    for (int k = 0; k < chunks; k++) {
+        while (l->found[k].full) {
+            make_room(l, &l->found[k]);
+            int first = k * grain, end = first + grain;
+            search_chunk(k, first, end < searched ? end : searched, &job);
+        }
+    }
+    return chunks;
+}
