@@ -177,6 +177,38 @@ static void test_parallel(void **state) {
     parallel_for(0, GRAIN, sum_chunk, NULL);
 }
 
+typedef struct Loops {
+    int number; /* of the loop at hand */
+    int done[7], within[7];
+} Loops;
+
+static void count_within(int chunk, int first, int end, void *context) {
+    (void)first, (void)end;
+    ((int *)context)[0] += chunk;
+}
+
+static void do_loop(int chunk, int first, int end, void *context) {
+    Loops *loops = context;
+    loops->done[chunk] += end - first == 1 ? loops->number : 0;
+    parallel_for(4, 1, count_within, &loops->within[chunk]);
+}
+
+/* one loop after the other, each chunk of each once, with loops within */
+static void test_many_loops(void **state) {
+    (void)state;
+    enum { LOOPS = 30000 };
+    Loops loops = {0};
+    parallel_set_threads(3);
+    for (loops.number = 1; loops.number <= LOOPS; loops.number++) {
+        parallel_for(7, 1, do_loop, &loops);
+    }
+    parallel_set_threads(1);
+    for (int chunk = 0; chunk < 7; chunk++) {
+        assert_int_equal(loops.done[chunk], LOOPS / 2 * (LOOPS + 1));
+        assert_int_equal(loops.within[chunk], 6 * LOOPS);
+    }
+}
+
 /* a smooth turn starts and ends at rest, and is half done in the middle */
 static void test_motion_smooth(void **state) {
     (void)state;
@@ -217,11 +249,11 @@ static void test_motion_order(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_arena_blocks), cmocka_unit_test(test_arena_rewind),
-        cmocka_unit_test(test_error),        cmocka_unit_test(test_nearest_word),
-        cmocka_unit_test(test_hash),         cmocka_unit_test(test_vectors),
-        cmocka_unit_test(test_parallel),     cmocka_unit_test(test_motion_smooth),
-        cmocka_unit_test(test_motion_order),
+        cmocka_unit_test(test_arena_blocks),  cmocka_unit_test(test_arena_rewind),
+        cmocka_unit_test(test_error),         cmocka_unit_test(test_nearest_word),
+        cmocka_unit_test(test_hash),          cmocka_unit_test(test_vectors),
+        cmocka_unit_test(test_parallel),      cmocka_unit_test(test_many_loops),
+        cmocka_unit_test(test_motion_smooth), cmocka_unit_test(test_motion_order),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,10 +1,12 @@
-/* touch.h: cloth at convex solids on the explicit road: what is kept of each vertex and triangle. */
+/* touch.h: cloth at convex solids on the explicit road: what is kept of each vertex and triangle, and
+ * what the files that keep it offer to the others of the explicit contact (engine.h). */
 #ifndef TOILE_CONTACT_TOUCH_H
 #define TOILE_CONTACT_TOUCH_H
 
 #include <stdbool.h>
 
 #include "sim/base/vec.h"
+#include "sim/contact/contact.h"
 
 /* A vertex (place[1] < 0) or a triangle at an obstacle. */
 typedef struct Touch {
@@ -39,5 +41,44 @@ typedef struct Frame {
 } Frame;
 
 static inline int touch_corners(const Touch *touch) { return touch->place[1] < 0 ? 1 : 3; }
+
+/* obstacle_distance.c: distance, normal, feature of a touch at the positions of now, from the
+ * distances of its vertices where they are known */
+void obstacle_evaluate(Contact *c, const Points *x, Touch *touch);
+void obstacle_vertex(const Contact *c, const Points *x, VertexDistance *v, int place, int obstacle);
+/* [m] how far a vertex can go until that must be done again: on a flat face to its end, elsewhere a
+ * small share of the contact distance; -1: not at all. Until then it is as far as from its plane. */
+double obstacle_frozen(const Contact *c, const Touch *touch);
+void obstacle_project(const Points *x, Touch *touch);
+
+/* obstacle_lists.c: touches that are near */
+void obstacle_begin(Contact *c, double dt);
+/* Searches the groups that spent their path, or that became too fast for their list; then another
+ * look is due, and true. */
+bool obstacle_search(Contact *c, bool by_path, double dt);
+void obstacle_look(Contact *c);                       /* at all that are due by their path */
+void obstacle_find(Contact *c, double dt);            /* the touches that are near now */
+void obstacle_forget(const Contact *c, Touch *touch); /* its bristle */
+void obstacle_restore(Contact *c, int first); /* kept bristles to the touches from `first` on */
+int obstacle_remember(const Contact *c, PairMemory *memory, int room);
+
+/* obstacle_motion.c */
+void obstacle_place(Contact *c, int obstacle); /* its frame, from its pose */
+void obstacle_demand(Contact *c, double dt, double time_end);
+/* [m/s] of the obstacle at the contact point, from its demanded motion */
+Vec3 obstacle_velocity(const Contact *c, const Touch *touch, double dt);
+/* [m] how far it will reach along the normal beyond the plane of now */
+double obstacle_reach(const Contact *c, const Touch *touch);
+void obstacle_move(Contact *c, double dt);
+
+/* obstacle.c: forces and guard */
+double touch_friction(const Contact *c, const Touch *touch); /* mu */
+void obstacle_forces(Contact *c, double dt, double share);
+void obstacle_refresh(Contact *c, double dt);
+void obstacle_impulses(Contact *c, double dt);
+void obstacle_shorten(Contact *c, double dt);
+void obstacle_advance(Contact *c, double dt);
+bool obstacle_check(Contact *c, double dt);
+double obstacle_energy(const Contact *c, double dt);
 
 #endif
