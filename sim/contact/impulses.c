@@ -221,7 +221,7 @@ static bool any_held(const Contact *c, const Strike *s) {
     return held;
 }
 
-/* has it moved otherwise since it was found free? */
+/* has it collided, or moved otherwise, since it was found free? */
 static bool is_stale(const Contact *c, const int *place, int count) {
     const Impulses *i = c->impulses;
     bool stale = i->round == 1 || i->searched;
@@ -314,6 +314,13 @@ static bool touch_collides(Contact *c, const Touch *touch, double dt, Strike *s)
 /* what a round does with a pair that collides */
 typedef void Answer(Contact *c, const Strike *s, bool at_solid);
 
+/* an answer may change nothing, where a feature turns into another: then it collides again */
+static void collide(Contact *c, const Strike *s, bool at_solid, Answer *answer) {
+    c->impulses->colliding++;
+    note_change(c, s);
+    answer(c, s, at_solid);
+}
+
 static void look_at_pair(Contact *c, const DuePair *due, double dt, Answer *answer) {
     const Pair *pair = &c->lists.pairs[due->pair];
     double motion = c->lists.group_pairs[due->owner].speed * dt;
@@ -325,9 +332,8 @@ static void look_at_pair(Contact *c, const DuePair *due, double dt, Answer *answ
     memcpy(s.place, pair->place, sizeof s.place);
     bool same = in_one_zone(c, &s);
     if (!all_held(c, &s) && !(same && !any_held(c, &s)) && pair_collides(c, pair, dt, &s)) {
-        c->impulses->colliding++;
         c->impulses->stuck = c->impulses->stuck || same;
-        answer(c, &s, false);
+        collide(c, &s, false, answer);
     }
 }
 
@@ -339,8 +345,7 @@ static void look_at_touch(Contact *c, int t, double dt, Answer *answer) {
     memcpy(s.place, touch->place, sizeof touch->place);
     if (c->touch_due[t] - group->path < group->speed * dt && is_stale(c, s.place, s.count) &&
         !all_held(c, &s) && touch_collides(c, touch, dt, &s)) {
-        c->impulses->colliding++;
-        answer(c, &s, true);
+        collide(c, &s, true, answer);
     }
 }
 

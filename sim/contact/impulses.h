@@ -30,7 +30,7 @@ typedef struct Strike {
 
 struct Impulses {
     ImpactZones zones;
-    int *changed;       /* (places) round in which the velocity changed last */
+    int *changed;       /* (places) round in which it collided or changed its velocity last */
     int round;          /* of this step, from 1 */
     bool searched;      /* pairs may be new in this round: all of them are looked at */
     int colliding;      /* pairs in this round */
