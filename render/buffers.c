@@ -45,7 +45,8 @@ static void create_surfels(Painter *painter, const Surface *surface) {
     }
     cloth->surfels =
         create_buffer(GL_ARRAY_BUFFER, surface->vertex_count * (GLsizeiptr)sizeof(Surfel),
-                      surface->surfels, GL_STATIC_DRAW);
+                      surface->surfels, GL_DYNAMIC_DRAW);
+    cloth->folds = create_buffer(GL_ARRAY_BUFFER, 0, NULL, GL_STREAM_DRAW);
     cloth->cut =
         create_buffer(GL_ARRAY_BUFFER, count * (GLsizeiptr)sizeof *list, list, GL_STATIC_DRAW);
     cloth->bends = create_buffer(GL_ARRAY_BUFFER, 0, NULL, GL_STREAM_DRAW);
@@ -107,15 +108,31 @@ void buffers_create_cloth(Painter *painter, const Surface *surface) {
     cloth->uploaded = true;
 }
 
+/* Which surfels are drawn, and the triangles in place of the others. */
+static void upload_folds(SurfaceBuffers *cloth, const Surface *surface) {
+    if (surface->fold_count == 0 && !cloth->folded) {
+        return;
+    }
+    gl.BindBuffer(GL_ARRAY_BUFFER, cloth->surfels);
+    gl.BufferData(GL_ARRAY_BUFFER, surface->vertex_count * (GLsizeiptr)sizeof(Surfel),
+                  surface->surfels, GL_DYNAMIC_DRAW);
+    gl.BindBuffer(GL_ARRAY_BUFFER, cloth->folds);
+    gl.BufferData(GL_ARRAY_BUFFER, triangle_bytes(surface->fold_count), surface->folds,
+                  GL_STREAM_DRAW);
+    cloth->folded = surface->fold_count > 0;
+}
+
 void buffers_upload_cloth(Painter *painter, const Surface *surface) {
     GLsizeiptr bytes = surface->vertex_count * (GLsizeiptr)sizeof(SurfaceVertex);
     gl.BindBuffer(GL_ARRAY_BUFFER, painter->cloth.vertices);
     gl.BufferData(GL_ARRAY_BUFFER, bytes, surface->vertices, GL_STREAM_DRAW);
     if (painter->cloth.bends) {
         gl.BindBuffer(GL_ARRAY_BUFFER, painter->cloth.bends);
-        gl.BufferData(GL_ARRAY_BUFFER,
-                      SURFEL_BENDS * surface->vertex_count * (GLsizeiptr)sizeof(float),
+        gl.BufferData(GL_ARRAY_BUFFER, 6 * surface->vertex_count * (GLsizeiptr)sizeof(float),
                       surface->bends, GL_STREAM_DRAW);
+    }
+    if (painter->cloth.folds) {
+        upload_folds(&painter->cloth, surface);
     }
     if (painter->cloth.slopes) {
         gl.BindBuffer(GL_ARRAY_BUFFER, painter->cloth.slopes);
@@ -134,8 +151,9 @@ void buffers_destroy_cloth(Painter *painter) {
     if (!cloth->uploaded) {
         return;
     }
-    GLuint buffers[] = {cloth->vertices, cloth->uv,     cloth->values, cloth->surfels, cloth->cut,
-                        cloth->fine,     cloth->coarse, cloth->bends,  cloth->slopes};
+    GLuint buffers[] = {cloth->vertices, cloth->uv,   cloth->values, cloth->surfels,
+                        cloth->cut,      cloth->fine, cloth->coarse, cloth->bends,
+                        cloth->slopes,   cloth->folds};
     gl.DeleteBuffers(sizeof buffers / sizeof *buffers, buffers);
     gl.DeleteBuffers(painter->def.cloth_count, cloth->blocks);
     gl.DeleteVertexArrays(1, &cloth->array);
@@ -202,6 +220,13 @@ void buffers_destroy_props(Painter *painter) {
 void buffers_draw_cloth(const Painter *painter, int first, int count, bool fine) {
     gl.BindVertexArray(painter->cloth.array);
     gl.BindBuffer(GL_ELEMENT_ARRAY_BUFFER, fine ? painter->cloth.fine : painter->cloth.coarse);
+    gl.DrawElements(GL_TRIANGLES, 3 * count, GL_UNSIGNED_INT,
+                    (const void *)(size_t)triangle_bytes(first));
+}
+
+void buffers_draw_folds(const Painter *painter, int first, int count) {
+    gl.BindVertexArray(painter->cloth.array);
+    gl.BindBuffer(GL_ELEMENT_ARRAY_BUFFER, painter->cloth.folds);
     gl.DrawElements(GL_TRIANGLES, 3 * count, GL_UNSIGNED_INT,
                     (const void *)(size_t)triangle_bytes(first));
 }

@@ -63,9 +63,10 @@ bool passes_create_programs(Painter *painter, Error *error) {
         {&programs->still, SHADER_FULLSCREEN, SHADER_BACKDROP, linear},
         {&programs->backdrop, SHADER_FULLSCREEN, SHADER_BACKDROP, floor_taps},
         {&programs->soften, SHADER_FULLSCREEN, SHADER_SOFTEN, ""},
-        {&programs->gbuffer, SHADER_GBUFFER_VERTEX, SHADER_GBUFFER_FRAGMENT, ""},
+        {&programs->gbuffer, SHADER_GBUFFER_VERTEX, SHADER_GBUFFER_FRAGMENT,
+         painter->def.splats ? "#define DERIVATIVES\n" : ""},
         {&programs->gbuffer_measured, SHADER_GBUFFER_VERTEX, SHADER_GBUFFER_FRAGMENT,
-         "#define MEASURED\n"},
+         painter->def.splats ? "#define MEASURED\n#define DERIVATIVES\n" : "#define MEASURED\n"},
         {&programs->prop_words, SHADER_PROP_VERTEX, SHADER_PROP_WORDS, ""},
         {&programs->prop, SHADER_FULLSCREEN, SHADER_PROP, taps},
         {&programs->composite, SHADER_FULLSCREEN, SHADER_COMPOSITE, common},
@@ -286,20 +287,24 @@ static int stencil_of_prop(const Painter *painter, int prop) {
     return painter->def.cloth_count + prop + 1;
 }
 
-static void draw_cloth_words(const Painter *painter, const FrameView *view) {
+void passes_use_words(const Painter *painter, int cloth, const SurfacePart *part) {
     const Programs *programs = &painter->programs;
+    bool measured = painter->looks[cloth]->quantity != QUANTITY_NONE;
+    gl.UseProgram(measured ? programs->gbuffer_measured : programs->gbuffer);
+    if (!measured) {
+        gl.Uniform2f(programs->gbuffer_panel_scale, (float)(1.0 / part->size[0]),
+                     (float)(1.0 / part->size[1]));
+    }
+}
+
+static void draw_cloth_words(const Painter *painter, const FrameView *view) {
     for (int i = 0; i < view->surface->part_count; i++) {
         const SurfacePart *part = &view->surface->parts[i];
-        bool measured = painter->looks[i]->quantity != QUANTITY_NONE;
         if (passes_is_sheer(painter, i)) {
             continue;
         }
-        gl.UseProgram(measured ? programs->gbuffer_measured : programs->gbuffer);
+        passes_use_words(painter, i, part);
         gl.StencilFunc(GL_ALWAYS, passes_stencil_of_cloth(i), STENCIL_MASK);
-        if (!measured) {
-            gl.Uniform2f(programs->gbuffer_panel_scale, (float)(1.0 / part->size[0]),
-                         (float)(1.0 / part->size[1]));
-        }
         buffers_draw_cloth(painter, part->fine_begin, part->fine_count, true);
     }
 }

@@ -84,6 +84,8 @@ typedef struct SurfaceBuffers {
     GLuint cut;     /* three vertex numbers a surfel that the border cuts, or 0 */
     int *cut_begin; /* (cloth_count + 1) of each cloth's, in numbers */
     GLuint *blocks; /* (cloth_count) ClothBlock or MeasuredBlock */
+    GLuint folds;   /* triangles of sharp folds, of surfels, or 0 */
+    bool folded;    /* there are some */
     bool uploaded;
 } SurfaceBuffers;
 
@@ -153,6 +155,8 @@ void passes_use_cloth(const Painter *painter, int cloth);
 int passes_stencil_of_cloth(int cloth);
 /* Shades the samples with this stencil value inside a box of the world. */
 void passes_shade(const Painter *painter, int stencil, const StageBox *box);
+/* The program that writes the words of a cloth's triangles. */
+void passes_use_words(const Painter *painter, int cloth, const SurfacePart *part);
 bool passes_is_sheer(const Painter *painter, int cloth);
 
 /* ---- splats.c: surfels instead of the fine triangles; only called when the film asks ---- */
@@ -179,6 +183,7 @@ void buffers_move_prop(Painter *painter, int prop, const double *vertices);
 void buffers_destroy_props(Painter *painter);
 GLuint buffers_create_block(GLsizeiptr bytes, const void *data);
 void buffers_draw_cloth(const Painter *painter, int first, int count, bool fine);
+void buffers_draw_folds(const Painter *painter, int first, int count);
 void buffers_draw_prop(const Painter *painter, int prop);
 
 #endif

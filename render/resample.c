@@ -122,7 +122,8 @@ Resampler *resample_create(const StateLayout *layout, const ResampleDef *def) {
     resampler->derivatives = def->splats;
     if (def->splats) {
         surface->surfels = arena_push(arena, Surfel, surface->vertex_count);
-        surface->bends = arena_push(arena, float, SURFEL_BENDS * surface->vertex_count);
+        surface->bends = arena_push(arena, float, 6 * surface->vertex_count);
+        surface->folds = arena_push(arena, uint32_t, 3 * surface->fine_count);
         surface->slopes = def->values ? arena_push(arena, float, 2 * surface->vertex_count) : NULL;
         surfel_fill(layout, surface);
     }
@@ -164,8 +165,8 @@ const Surface *resample_frame(Resampler *resampler, const StateLayout *layout, c
     if (surface->bends) {
         surfel_bend(surface, &resampler->arena);
     }
-    if (surface->bends && moved) {
-        surfel_flatten(surface, &resampler->arena);
+    if (surface->folds) {
+        surfel_fold(surface, moved);
     }
     return surface;
 }

@@ -31,6 +31,7 @@ typedef struct SurfacePart {
     int vertex_begin, vertex_count;
     int fine_begin, fine_count;     /* triangles in `fine` */
     int coarse_begin, coarse_count; /* triangles in `coarse` */
+    int fold_begin, fold_count;     /* triangles in `folds`, of this frame */
     double corner[2];               /* [m] (u, v) of the panel's lower corner */
     double size[2];                 /* [m] of the panel */
     bool around;                    /* closed along u */
@@ -47,14 +48,13 @@ typedef struct Surface {
     float *uv;               /* [m] (vertex_count x 2), from the panel's corner */
     float *values;           /* (vertex_count) see resample_values; NULL unless asked for */
     Surfel *surfels;         /* (vertex_count) of splats, or NULL; then vertices hold du, dv */
-    float *slopes; /* [1/m] (vertex_count x 2) of the values along u and v, of splats; or NULL */
-    float
-        *bends; /* (vertex_count x SURFEL_BENDS) of splats, or NULL: unit normal to shade with, and
-                       * its slopes along u and v [1/m] */
-    unsigned char
-        *moved;       /* (vertex_count) 1: drawn back from the smooth surface (render/apart.h) */
-    uint32_t *fine;   /* (fine_count x 3) triangles to look at */
-    uint32_t *coarse; /* (coarse_count x 3) every second vertex: shadow, occlusion */
+    float *slopes;   /* [1/m] (vertex_count x 2) of the values along u and v, of splats; or NULL */
+    float *bends;    /* [1/m] (vertex_count x 6) of splats: n_u, n_v of the unit normal; or NULL */
+    uint32_t *folds; /* (fold_count x 3) of splats: fine triangles with a moved corner; or NULL */
+    int fold_count;
+    unsigned char *moved;  /* (vertex_count) 1: drawn back to the triangles (render/apart.h) */
+    uint32_t *fine;        /* (fine_count x 3) triangles to look at */
+    uint32_t *coarse;      /* (coarse_count x 3) every second vertex: shadow, occlusion */
     float low[3], high[3]; /* [m] bounding box of the vertices */
 } Surface;
 

@@ -76,6 +76,11 @@ static int choose_level(const LatticePlan *plan, double wanted) {
     return wanted <= 1.0 ? 1 : wanted >= most ? most : (int)ceil(wanted);
 }
 
+static int coarse_lines(const LatticePlan *plan, int axis) {
+    int intervals = interval_count(plan, axis), n = plan->level;
+    return n == 1 ? (intervals + 1) / 2 : intervals * ((n + 1) / 2);
+}
+
 static void *lattice_plan(const StateLayout *layout, int cloth, double cell, Arena *arena,
                           SurfacePart *part) {
     const int32_t *lattice = layout->lattice + 4 * cloth;
@@ -107,7 +112,7 @@ static void *lattice_plan(const StateLayout *layout, int cloth, double cell, Are
     plan->columns = arena_push(arena, double, 6 * padded[1] * (plan->cells[0] + 1));
     part->vertex_count = (plan->cells[0] + 1) * (plan->cells[1] + 1);
     part->fine_count = 2 * plan->cells[0] * plan->cells[1];
-    part->coarse_count = 2 * ((plan->cells[0] + 1) / 2) * ((plan->cells[1] + 1) / 2);
+    part->coarse_count = 2 * coarse_lines(plan, 0) * coarse_lines(plan, 1);
     part->around = plan->around;
     part->rectangle = true;
     plan->first = layout->vertex_begin[cloth];
@@ -219,18 +224,25 @@ static bool lattice_place(const void *plan_data, const SurfacePart *part, const 
     return true;
 }
 
+/* The line of vertices after line i. Coarse cells of two fine ones end with the cells between nodes too, so
+ * that the shadow is that of the same folds; but for cells that are not cut. */
+static int next_line(const LatticePlan *plan, int axis, int i, bool coarse) {
+    int left = plan->level == 1 ? plan->cells[axis] - i : plan->level - i % plan->level;
+    return i + (coarse && left > 1 ? 2 : 1);
+}
+
 /* Two triangles a cell, anticlockwise seen from the face; the diagonals are those of the cells between
- * nodes. The last row and column of coarse cells may be narrow. */
-static uint32_t *connect_grid(const LatticePlan *plan, uint32_t base, int step, uint32_t *out) {
+ * nodes. */
+static uint32_t *connect_grid(const LatticePlan *plan, uint32_t base, bool coarse, uint32_t *out) {
     uint32_t row = (uint32_t)plan->cells[0] + 1;
     int columns = interval_count(plan, 0), n = plan->level;
-    for (int j = 0; j < plan->cells[1]; j += step) {
-        int above = j + step < plan->cells[1] ? step : plan->cells[1] - j;
-        for (int i = 0; i < plan->cells[0]; i += step) {
-            int beside = i + step < plan->cells[0] ? step : plan->cells[0] - i;
+    for (int j = 0, above = 0; j < plan->cells[1]; j = above) {
+        above = next_line(plan, 1, j, coarse);
+        for (int i = 0, beside = 0; i < plan->cells[0]; i = beside) {
+            beside = next_line(plan, 0, i, coarse);
             uint32_t a = base + (uint32_t)j * row + (uint32_t)i;
-            uint32_t b = a + (uint32_t)beside, c = a + (uint32_t)above * row;
-            uint32_t d = c + (uint32_t)beside;
+            uint32_t b = a + (uint32_t)(beside - i), c = a + (uint32_t)(above - j) * row;
+            uint32_t d = c + (uint32_t)(beside - i);
             uint32_t rising[6] = {a, b, d, a, d, c}, falling[6] = {a, b, c, b, d, c};
             memcpy(out, plan->falls[j / n * columns + i / n] ? falling : rising, sizeof rising);
             out += 6;
@@ -249,8 +261,8 @@ static void lattice_connect(const void *plan_data, Surface *surface, const Surfa
         }
     }
     uint32_t base = (uint32_t)part->vertex_begin;
-    connect_grid(plan, base, 1, surface->fine + 3 * part->fine_begin);
-    connect_grid(plan, base, 2, surface->coarse + 3 * part->coarse_begin);
+    connect_grid(plan, base, false, surface->fine + 3 * part->fine_begin);
+    connect_grid(plan, base, true, surface->coarse + 3 * part->coarse_begin);
 }
 
 /* Coefficients of a closed line of n values, in place. */

@@ -1,6 +1,6 @@
 /* Point splats into the words of the G-buffer [Zwicker et al. 2001: Surface splatting; Botsch et al.
  * 2005: High-quality surface splatting on today's GPUs]: the nearest depth of all discs, then the
- * weighted sum of those that lie in the surface seen, then its mean. */
+ * weighted sum of those that lie in the surface seen, then its mean. Folds too sharp for discs are triangles. */
 #include "render/passes.h"
 
 #define TILE 32 /* [sample]: as the shaders have it */
@@ -104,6 +104,18 @@ static void set_stencil(GLenum function, int cloth) {
     gl.StencilFuncSeparate(GL_BACK, function, value | STENCIL_BACK, 0xff);
 }
 
+/* Triangles of sharp folds. */
+static void draw_folds(const Painter *painter, const FrameView *view) {
+    for (int i = 0; i < view->surface->part_count; i++) {
+        const SurfacePart *part = &view->surface->parts[i];
+        if (part->fold_count > 0 && !passes_is_sheer(painter, i)) {
+            passes_use_words(painter, i, part);
+            set_stencil(GL_ALWAYS, i);
+            buffers_draw_folds(painter, part->fold_begin, part->fold_count);
+        }
+    }
+}
+
 /* Depth and stencil of what is nearest; the words' target has them. */
 static void find_visible(const Painter *painter, const FrameView *view) {
     const SplatPrograms *programs = &painter->splats.programs;
@@ -117,6 +129,7 @@ static void find_visible(const Painter *painter, const FrameView *view) {
             draw_surfels(painter, view, cloth, whole);
         }
     }
+    draw_folds(painter, view);
     gl.ColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
 }
 
@@ -187,6 +200,10 @@ static void write_words(const Painter *painter, const FrameView *view) {
             gl_draw_fullscreen();
         }
     }
+    gl.Enable(GL_DEPTH_TEST);
+    gl.DepthFunc(GL_EQUAL); /* where the same triangles were nearest before */
+    draw_folds(painter, view);
+    gl.DepthFunc(GL_LESS);
 }
 
 void pass_splats(Painter *painter, const FrameView *view) {

@@ -271,7 +271,7 @@ static void add_slopes(Surface *surface, const uint32_t *corner, const float *no
         slope[3 + k] = side * (u1 * d2 - u2 * d1);
     }
     for (int k = 0; k < 3; k++) {
-        float *bend = surface->bends + SURFEL_BENDS * (size_t)corner[k] + 3;
+        float *bend = surface->bends + 6 * (size_t)corner[k];
         weights[corner[k]] += side * area;
         for (int i = 0; i < 6; i++) {
             bend[i] += slope[i];
@@ -284,10 +284,9 @@ void surfel_bend(Surface *surface, Arena *scratch) {
     ArenaMark mark = arena_mark(scratch);
     float *normals = arena_push(scratch, float, 3 * count);
     float *weights = arena_push(scratch, float, count);
-    memset(surface->bends, 0, SURFEL_BENDS * sizeof *surface->bends * count);
+    memset(surface->bends, 0, 6 * sizeof *surface->bends * count);
     for (size_t i = 0; i < count; i++) {
         find_normal(&surface->vertices[i], normals + 3 * i);
-        memcpy(surface->bends + SURFEL_BENDS * i, normals + 3 * i, 3 * sizeof *normals);
     }
     for (int t = 0; t < surface->fine_count; t++) {
         add_slopes(surface, surface->fine + 3 * (size_t)t, normals, weights);
@@ -295,46 +294,31 @@ void surfel_bend(Surface *surface, Arena *scratch) {
     for (size_t i = 0; i < count; i++) {
         float scale = weights[i] > 0.0f ? 1.0f / weights[i] : 0.0f;
         for (int k = 0; k < 6; k++) {
-            surface->bends[SURFEL_BENDS * i + 3 + (size_t)k] *= scale;
+            surface->bends[6 * i + (size_t)k] *= scale;
         }
     }
     arena_rewind(scratch, mark);
 }
 
-/* Adds the slopes of the positions on a triangle, times twice its area on the panel. */
-static void add_sides(const Surface *surface, const uint32_t *corner, float *sums) {
-    const float *a = surface->uv + 2 * (size_t)corner[0], *b = surface->uv + 2 * (size_t)corner[1];
-    const float *c = surface->uv + 2 * (size_t)corner[2];
-    float u1 = b[0] - a[0], v1 = b[1] - a[1], u2 = c[0] - a[0], v2 = c[1] - a[1];
-    float area = u1 * v2 - u2 * v1, side = area < 0.0f ? -1.0f : 1.0f;
-    for (int i = 0; i < 3; i++) {
-        float p0 = surface->vertices[corner[0]].position[i];
-        float d1 = surface->vertices[corner[1]].position[i] - p0;
-        float d2 = surface->vertices[corner[2]].position[i] - p0;
-        for (int k = 0; k < 3; k++) {
-            float *sum = sums + 7 * (size_t)corner[k];
-            sum[i] += side * (v2 * d1 - v1 * d2);
-            sum[3 + i] += side * (u1 * d2 - u2 * d1);
-            sum[6] += i == 0 ? side * area : 0.0f;
-        }
-    }
-}
+/* ---- folds ---- */
 
-void surfel_flatten(Surface *surface, Arena *scratch) {
-    ArenaMark mark = arena_mark(scratch);
-    float *sums = arena_push(scratch, float, 7 * (size_t)surface->vertex_count);
-    for (int t = 0; t < surface->fine_count; t++) {
-        const uint32_t *corner = surface->fine + 3 * (size_t)t;
-        if (surface->moved[corner[0]] | surface->moved[corner[1]] | surface->moved[corner[2]]) {
-            add_sides(surface, corner, sums);
+void surfel_fold(Surface *surface, bool any) {
+    const unsigned char *moved = surface->moved;
+    surface->fold_count = 0;
+    for (int i = 0; i < surface->part_count; i++) {
+        SurfacePart *part = &surface->parts[i];
+        part->fold_begin = surface->fold_count;
+        for (int t = part->fine_begin; any && t < part->fine_begin + part->fine_count; t++) {
+            const uint32_t *corner = surface->fine + 3 * (size_t)t;
+            if (moved[corner[0]] || moved[corner[1]] || moved[corner[2]]) {
+                memcpy(surface->folds + 3 * (size_t)surface->fold_count++, corner,
+                       3 * sizeof *corner);
+            }
         }
+        part->fold_count = surface->fold_count - part->fold_begin;
     }
     for (int i = 0; i < surface->vertex_count; i++) {
-        const float *sum = sums + 7 * (size_t)i;
-        for (int k = 0; k < 3 && surface->moved[i] && sum[6] > 0.0f; k++) {
-            surface->vertices[i].normal[k] = sum[k] / sum[6];
-            surface->vertices[i].tangent[k] = sum[3 + k] / sum[6];
-        }
+        float radius = fabsf(surface->surfels[i].radius);
+        surface->surfels[i].radius = any && moved[i] ? -radius : radius;
     }
-    arena_rewind(scratch, mark);
 }

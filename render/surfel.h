@@ -12,9 +12,11 @@
 
 /* What stays the same for all frames; read by splat.vert.glsl as SURFEL_FLOATS numbers. */
 struct Surfel {
-    float uv[2];  /* [m] from the panel's corner */
-    float radius; /* [m] in the panel; 0: another surfel lies in the same place */
-    float cut;    /* 0: a whole disc; inside is where both lines say so: 1, where either does: 2 */
+    float uv[2]; /* [m] from the panel's corner */
+    float
+        radius; /* [m] in the panel; 0: another surfel lies in the same place; below 0: not drawn in
+                   * this frame */
+    float cut;  /* 0: a whole disc; inside is where both lines say so: 1, where either does: 2 */
     float line[2][3]; /* a, b, c: inside is where a u + b v + c >= 0 */
 };
 #define SURFEL_FLOATS 10
@@ -22,12 +24,11 @@ struct Surfel {
 /* Fills surface->surfels from uv and fine triangles of the surface and the border of the layout. */
 /* Fills surface->bends for a new frame: slopes of the normals on the triangles, averaged at the vertices by area. With them
  * normals are linear in a disc, without them the discs would show as facets. */
-#define SURFEL_BENDS 9 /* floats of a vertex in bends, as splat.vert.glsl has it */
 void surfel_bend(Surface *surface, Arena *scratch);
 
-/* Lays the discs of moved vertices into the triangles drawn around them, in place of the derivatives of the
- * smooth surface: bends keep its normals. */
-void surfel_flatten(Surface *surface, Arena *scratch);
+/* Leaves sharp folds to triangles, which discs would overlook: hides moved vertices and lists the triangles
+ * around them in surface->folds. any: are there moved ones? */
+void surfel_fold(Surface *surface, bool any);
 
 void surfel_fill(const StateLayout *layout, Surface *surface);
 

@@ -151,7 +151,8 @@ static void test_cap_and_coarse(void **state) {
         Resampler *resampler = resample_create(&l.layout, &def);
         const Surface *surface = resample_surface(resampler);
         assert_true(surface->fine_count <= cap && surface->fine_count > cap / 2);
-        assert_int_equal(surface->coarse_count, surface->fine_count / 4);
+        assert_true(surface->coarse_count >= surface->fine_count / 4);
+        assert_true(surface->coarse_count < surface->fine_count / 2);
         for (int i = 0; i < 3 * surface->fine_count; i++) {
             assert_true(surface->fine[i] < (uint32_t)surface->vertex_count);
         }

@@ -133,10 +133,10 @@ static void test_sheer_is_the_mesh(void **state) {
     image_free(&splats);
 }
 
-/* Yellow in the measuring look of speed over its range, the backdrop is grey. */
+/* Yellow in the measuring look of speed over its range; the backdrop is grey, wood is redder. */
 static bool is_cloth(const Image *image, int x, int y) {
     const uint8_t *p = image->rgba + IMAGE_CHANNELS * (y * image->width + x);
-    return p[0] > 2 * p[2] && p[1] > 2 * p[2];
+    return p[0] > 2 * p[2] && p[1] > 2 * p[2] && 4 * p[1] > 3 * p[0];
 }
 
 /* Pixels well inside the cloth of `mesh` that are not cloth in `splats`, and well outside that are. */

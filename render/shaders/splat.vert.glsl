@@ -9,10 +9,10 @@ layout(std430, binding = 4) readonly buffer Slopes { float slopes[]; }; // of th
 #endif
 
 #ifndef VISIBLE
-layout(std430, binding = 3) readonly buffer Bends { float bends[]; }; // n, n_u, n_v
+layout(std430, binding = 3) readonly buffer Bends { float bends[]; }; // n_u, n_v
 #endif
 
-const int VERTEX_FLOATS = 9, SURFEL_FLOATS = 10, BEND_FLOATS = 9;
+const int VERTEX_FLOATS = 9, SURFEL_FLOATS = 10;
 const float NEARER = 0.30; // of the radius, across the surface: more blends layers, less cuts discs
 
 out vec2 disc;           // place in the disc; its rim is at 1
@@ -51,20 +51,13 @@ bool is_hidden(vec3 p, float reach, float nearer) {
 }
 #endif
 
-#ifndef VISIBLE
-vec3 bend_part(int number, int part) {
-    int at = number * BEND_FLOATS + part;
-    return vec3(bends[at], bends[at + 1], bends[at + 2]);
-}
-#endif
-
 vec3 vertex_part(int at) { return vec3(vertices[at], vertices[at + 1], vertices[at + 2]); }
 
 void main() {
     int number = gl_VertexID / 3, corner = gl_VertexID - 3 * number;
     int v = number * VERTEX_FLOATS, s = number * SURFEL_FLOATS;
     vec3 p = vertex_part(v), du = vertex_part(v + 3), dv = vertex_part(v + 6);
-    float radius = surfels[s + 2];
+    float radius = max(surfels[s + 2], 0.0);
     // corners of the equilateral triangle around the unit circle
     disc = corner == 0 ? vec2(2.0, 0.0) : vec2(-1.0, corner == 1 ? 1.7320508 : -1.7320508);
 #if !defined(WHOLE) || !defined(VISIBLE)
@@ -89,8 +82,10 @@ void main() {
     window_depth = gl_Position.z / gl_Position.w * 0.5 + 0.5;
     vec4 moved = world_clip * vec4(at + view_vector(at) * nearer, 1.0);
     gl_Position.z = moved.z / moved.w * gl_Position.w; // the same pixels as VISIBLE, to the bit
-    vec3 smooth_n = bend_part(number, 0), nu = bend_part(number, 3), nv = bend_part(number, 6);
-    vec3 turned = (smooth_n + radius * (disc.x * nu + disc.y * nv)) * (back ? -1.0 : 1.0);
+    int bend = number * 6;
+    vec3 nu = vec3(bends[bend], bends[bend + 1], bends[bend + 2]);
+    vec3 nv = vec3(bends[bend + 3], bends[bend + 4], bends[bend + 5]);
+    vec3 turned = n + radius * (disc.x * nu + disc.y * nv) * (back ? -1.0 : 1.0);
     vec3 across, up, first, second, sight = view_vector(at);
     view_frame(sight, across, up);
     across_view = vec2(dot(turned, across), dot(turned, up));
