@@ -82,6 +82,7 @@ Apart *apart_create(const StateLayout *layout, const SurfacePart *parts, const P
     apart->frames = arena_alloc(arena, sizeof *apart->frames * (size_t)layout->vertex_count);
     apart->areas = arena_push(arena, double, layout->vertex_count);
     find_sides(layout, parts, apart);
+    apart_find_seams(apart, arena);
     apart->tree = create_tree(layout, arena);
     return apart;
 }
@@ -120,16 +121,15 @@ static void find_leaves(const Piece *piece, ApartTriangle *triangle, const Surfa
             rise = max2(rise, up), fall = max2(fall, -up);
         }
     }
-    for (int k = 0; k < 3;
-         k++) { /* the smooth surface passes through the corners, but for rounding */
+    for (int k = 0; k < 3; k++) { /* at the corners e is nothing but rounding */
         first[k] = second[k] = third[k] = 0.0f;
     }
     triangle->reach = sqrt(most);
     triangle->rise = rise, triangle->fall = fall;
 }
 
-static void measure_triangle(const Apart *apart, int t, const double *s,
-                             const SurfaceVertex *vertices) {
+static void place_triangle(const Apart *apart, int t, const double *s,
+                           const SurfaceVertex *vertices) {
     const Piece *piece = &apart->pieces[t];
     ApartTriangle *triangle = &apart->triangles[t];
     for (int k = 0; k < 3; k++) {
@@ -142,6 +142,13 @@ static void measure_triangle(const Apart *apart, int t, const double *s,
     triangle->most = 1.0;
     if (piece->level > 1) { /* else drawn are its corners */
         find_leaves(piece, triangle, vertices, apart_leaves(apart, t));
+    }
+}
+
+/* What a triangle asks for by itself, and its box. */
+static void bound_triangle(const Apart *apart, int t) {
+    ApartTriangle *triangle = &apart->triangles[t];
+    if (triangle->reach > 0.0) {
         triangle->slope = apart_slope(apart, t);
         if (apart_share(triangle->slope) < 1.0) { /* within its plane it must not fold over */
             triangle->most = apart_share(apart_strain(apart, t, triangle->normal).loss);
@@ -209,7 +216,7 @@ static void mix(float a[3], const float b[3], double share, bool unit) {
 
 /* A drawn vertex at barycentric place w, corners in `order`; e: where the smooth surface is from there. */
 static bool move_vertex(const Apart *apart, int t, const int order[3], const double w[3],
-                        const float e[3], SurfaceVertex *vertex) {
+                        const float e[3], bool sewn, SurfaceVertex *vertex) {
     const Piece *piece = &apart->pieces[t];
     double share = 0.0, du[3], dv[3];
     Vec3 p = {0, 0, 0}, u = {0, 0, 0}, v = {0, 0, 0};
@@ -220,12 +227,15 @@ static bool move_vertex(const Apart *apart, int t, const int order[3], const dou
         u = vec3_axpy(u, w[own], apart->frames[corner][0]);
         v = vec3_axpy(v, w[own], apart->frames[corner][1]);
     }
-    if (share >= WHOLE) {
+    if (share >= WHOLE && !sewn) {
         return false;
     }
     vertex->position[0] = (float)(p.x + share * (double)e[0]);
     vertex->position[1] = (float)(p.y + share * (double)e[1]);
     vertex->position[2] = (float)(p.z + share * (double)e[2]);
+    if (share >= WHOLE) {
+        return true;
+    }
     SurfaceVertex frame;
     vec3_store(du, u);
     vec3_store(dv, v);
@@ -257,29 +267,37 @@ static void move_triangle(const Apart *apart, int t, Surface *surface) {
             int at = piece_vertex(piece, i, j);
             if (!surface
                      ->moved[at]) { /* another triangle with this vertex gives it the same place */
-                surface->moved[at] = move_vertex(apart, t, order, w, e, &surface->vertices[at]);
+                bool sewn = apart_is_sewn(apart, t, i, j);
+                surface->moved[at] =
+                    move_vertex(apart, t, order, w, e, sewn, &surface->vertices[at]);
             }
         }
     }
 }
 
 bool apart_move(Apart *apart, const double *s, bool derivatives, Surface *surface) {
-    bool moved = false;
+    bool moved = false, framed = false;
     apart->derivatives = derivatives;
     memset(surface->moved, 0, (size_t)surface->vertex_count);
     for (int t = 0; t < apart->triangle_count; t++) {
-        measure_triangle(apart, t, s, surface->vertices);
+        place_triangle(apart, t, s, surface->vertices);
+    }
+    apart_sew(apart);
+    for (int t = 0; t < apart->triangle_count; t++) {
+        bound_triangle(apart, t);
     }
     box_tree_refit(&apart->tree, apart->boxes);
     box_tree_pairs(&apart->tree, 0.0, meet, apart);
     find_corners(apart);
     for (int t = 0; t < apart->triangle_count; t++) {
-        if (is_limited(apart, t)) {
-            if (!moved) {
-                find_frames(apart);
-            }
-            moved = true;
+        bool limited = is_limited(apart, t);
+        if (limited && !framed) {
+            find_frames(apart);
+            framed = true;
+        }
+        if (limited || apart->triangles[t].sewn) {
             move_triangle(apart, t, surface);
+            moved = true;
         }
     }
     return moved;

@@ -18,6 +18,8 @@
  *                     symmetric part of its gradient is positive definite: that of d(g e)/ds, seen so, is
  *                     kept above -1. A triangle by itself the same, seen along its own normal.
  *
+ * Sewn panels have a smooth surface each: on a seam e is the mean of both, so that they meet.
+ *
  * Normals follow, from those of the smooth surface to those between the corners' mean normals: never facets.
  *
  * g of a triangle is the least of all its pairs, g of a corner the least of its triangles. Margins are

@@ -12,7 +12,13 @@ typedef struct ApartTriangle {
     double rise, fall;      /* [m] largest e along the normal and against it */
     double slope;           /* bound of |d(g e)/ds| at g = 1 */
     double most;            /* g of the triangle */
+    int sewn; /* sides and corners that are part of a seam, see apart_seams.c; for good */
 } ApartTriangle;
+
+/* Sides of two triangles that are one edge. */
+typedef struct ApartSeam {
+    int triangle[2], side[2];
+} ApartSeam;
 
 struct Apart {
     int triangle_count, vertex_count;
@@ -27,6 +33,8 @@ struct Apart {
         *sides)[4];    /* [m] (triangle_count) u, v of the second and third corner from the first */
     Vec3 (*frames)[2]; /* (vertex_count) mean derivatives along u and v of the triangles around */
     double *areas;     /* [m2] (vertex_count) twice their area on the panel */
+    int seam_count;
+    ApartSeam *seams; /* (seam_count) */
     BoxTree tree;
     Box *boxes; /* (triangle_count) */
 };
@@ -58,5 +66,10 @@ double apart_share(double loss);
 
 /* apart_pairs.c: lowers `most` of two triangles whose boxes meet. */
 void apart_limit(Apart *apart, int a, int b);
+
+/* apart_seams.c: finds them; brings e on both sides to the mean; is a drawn vertex on one? */
+void apart_find_seams(Apart *apart, Arena *arena);
+void apart_sew(Apart *apart);
+bool apart_is_sewn(const Apart *apart, int t, int i, int j);
 
 #endif

@@ -213,11 +213,77 @@ static void test_nothing_opens(void **state) {
     }
 }
 
+/* Two squares of PANEL x PANEL vertices, sewn along a side and bent around it. */
+#define PANEL 6
+typedef struct Sewn {
+    int32_t lattice[4], nodes[2], vertices[2], begin[2], triangles[12 * PANEL * PANEL];
+    int32_t start[2 * PANEL * PANEL + 1], column[2 * PANEL * PANEL];
+    double value[2 * PANEL * PANEL], material[4 * PANEL * PANEL], x[6 * PANEL * PANEL];
+} Sewn;
+
+static void fill_sewn(Sewn *sewn, Cloth *cloth) {
+    int nodes = 0, count = 0;
+    memset(sewn, 0, sizeof *sewn);
+    for (int p = 0; p < 2; p++) {
+        for (int k = 0; k < PANEL * PANEL; k++) {
+            int vertex = p * PANEL * PANEL + k, i = k % PANEL, j = k / PANEL;
+            bool joined = p == 1 && i == 0; /* to the last column of the first panel */
+            sewn->start[vertex + 1] = vertex + 1;
+            sewn->column[vertex] = joined ? j * PANEL + PANEL - 1 : nodes;
+            sewn->value[vertex] = 1.0;
+            sewn->material[2 * vertex] = SPACING * (i + jitter(1, vertex) * 500) + p;
+            sewn->material[2 * vertex + 1] = SPACING * j;
+            double angle = 0.35 * (p * (PANEL - 1) + i), radius = SPACING / 0.35;
+            double wave = 0.3 * SPACING * sin(2.0 * j + angle);
+            if (!joined) {
+                vec3_store(sewn->x + 3 * nodes++, vec3((radius + wave) * sin(angle), SPACING * j,
+                                                       (radius + wave) * cos(angle)));
+            }
+            if (i < PANEL - 1 && j < PANEL - 1) {
+                int32_t cell[6] = {vertex, vertex + 1,         vertex + PANEL + 1,
+                                   vertex, vertex + PANEL + 1, vertex + PANEL};
+                memcpy(sewn->triangles + 3 * count, cell, sizeof cell);
+                count += 2;
+            }
+        }
+    }
+    sewn->nodes[1] = nodes, sewn->vertices[1] = 2 * PANEL * PANEL, sewn->begin[1] = count;
+    cloth->frame.x = sewn->x;
+    cloth->layout = (StateLayout){.cloth_count = 1,
+                                  .node_count = nodes,
+                                  .vertex_count = 2 * PANEL * PANEL,
+                                  .triangle_count = count,
+                                  .lattice = sewn->lattice,
+                                  .node_begin = sewn->nodes,
+                                  .vertex_begin = sewn->vertices,
+                                  .triangle_begin = sewn->begin,
+                                  .material = sewn->material,
+                                  .vertex_material = sewn->material,
+                                  .triangles = sewn->triangles,
+                                  .w_count = 2 * PANEL * PANEL,
+                                  .w_start = sewn->start,
+                                  .w_column = sewn->column,
+                                  .w_value = sewn->value};
+}
+
+/* Each panel has a smooth surface of its own: plain, they cross along the seam; drawn, they share it. */
+static void test_seams(void **state) {
+    (void)state;
+    static Sewn sewn;
+    static Cloth cloth;
+    fill_sewn(&sewn, &cloth);
+    for (int triangles = 2000; triangles <= 20000; triangles += 6000) {
+        assert_true(count_drawn(&cloth, triangles, false, true) > 0);
+        assert_int_equal(count_drawn(&cloth, triangles, false, false), 0);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_folds),
         cmocka_unit_test(test_smooth_is_left_alone),
         cmocka_unit_test(test_nothing_opens),
+        cmocka_unit_test(test_seams),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
