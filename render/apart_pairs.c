@@ -209,14 +209,26 @@ static bool is_beyond(const ApartTriangle *a, const ApartTriangle *b) {
            max2(side[0], max2(side[1], side[2])) < -a->fall - b->reach;
 }
 
+/* Are they farther than `reach` from each other along the line between their middles? */
+static bool are_far(const ApartTriangle *a, const ApartTriangle *b, double reach) {
+    const Vec3 *p = a->corner, *q = b->corner;
+    Vec3 way = vec3_sub(vec3_add(vec3_add(q[0], q[1]), q[2]), vec3_add(vec3_add(p[0], p[1]), p[2]));
+    double one = max2(vec3_dot(way, p[0]), max2(vec3_dot(way, p[1]), vec3_dot(way, p[2])));
+    double two = min2(vec3_dot(way, q[0]), min2(vec3_dot(way, q[1]), vec3_dot(way, q[2])));
+    double gap = max2(two - one, 0.0);
+    return gap * gap > reach * reach * vec3_dot(way, way);
+}
+
 static void limit_apart(Apart *apart, int i, int j) {
     ApartTriangle *a = &apart->triangles[i], *b = &apart->triangles[j];
-    if ((a->most <= 0.0 && b->most <= 0.0) || is_beyond(a, b) || is_beyond(b, a)) {
+    double reach = a->reach + b->reach;
+    if ((a->most <= 0.0 && b->most <= 0.0) || reach == 0.0 || are_far(a, b, reach) ||
+        is_beyond(a, b) || is_beyond(b, a)) {
         return;
     }
     Way way = find_way(a, b);
     double length = sqrt(way.square);
-    if (length > a->reach + b->reach) {
+    if (length > reach) {
         return;
     }
     Vec3 out = vec3_unit(vec3_sub(way.to, way.from), vec3(0, 0, 0));

@@ -56,6 +56,7 @@ static void place_parts(Surface *surface) {
     }
 }
 
+/* NULL where it could change nothing: drawn are the simulated triangles, or they are not known. */
 static Apart *create_apart(const Resampler *resampler, const StateLayout *layout, Arena *arena) {
     Piece *pieces = arena_push(arena, Piece, layout->triangle_count);
     bool follows = false;
@@ -69,7 +70,7 @@ static Apart *create_apart(const Resampler *resampler, const StateLayout *layout
         if (resample_takes_values(layout, i) &&
             resampler->kinds[i]->place(resampler->plans[i], &resampler->surface.parts[i], corner,
                                        count, pieces + begin)) {
-            follows = true;
+            follows = follows || layout->w_count > 0 || (count > 0 && pieces[begin].level > 1);
         } else {
             for (int t = 0; t < count; t++) {
                 pieces[begin + t].level = 0;
