@@ -92,9 +92,14 @@ Apart *apart_create(const StateLayout *layout, const SurfacePart *parts, const P
 /* The corners in the order of their numbers: a place on an edge has the same bits in both triangles. */
 static void sort_corners(const Piece *piece, int order[3]) {
     const int32_t *c = piece->corner;
-    order[0] = c[0] < c[1] ? (c[0] < c[2] ? 0 : 2) : (c[1] < c[2] ? 1 : 2);
-    order[2] = c[0] > c[1] ? (c[0] > c[2] ? 0 : 2) : (c[1] > c[2] ? 1 : 2);
-    order[1] = 3 - order[0] - order[2];
+    order[0] = 0, order[1] = 1, order[2] = 2;
+    for (int pass = 0; pass < 3; pass++) {
+        int *one = order + pass % 2, *two = one + 1;
+        if (c[*one] > c[*two]) {
+            int swapped = *one;
+            *one = *two, *two = swapped;
+        }
+    }
 }
 
 /* How far the smooth surface leaves the triangle at its drawn vertices. */
