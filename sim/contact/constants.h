@@ -49,6 +49,7 @@
 #define CONTACT_QUIET_LEAST_STEPS 6.0 /* ... or the lists are made */
 #define CONTACT_QUIET_SPREAD 0.5      /* of its room: then proofs cost less than looking often */
 #define CONTACT_QUIET_RETRY 64.0      /* steps until the next try */
+#define CONTACT_VERTEX_GRAIN 512      /* vertices that a thread takes at once, likewise */
 #define CONTACT_FORCE_GRAIN 256       /* contacts whose forces a thread finds at once, some 10 us */
 #define CONTACT_GROUP_REACH 0.4       /* of the size of a group: how far neighbours are listed */
 

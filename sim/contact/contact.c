@@ -120,6 +120,7 @@ Contact *contact_create(const ContactDef *def, Arena *arena) {
     c->touched = arena_push(arena, int, n);
     c->is_touched = arena_push(arena, unsigned char, n);
     c->tolls = arena_push(arena, Toll, n);
+    c->losses = arena_push(arena, Loss, parallel_chunk_count(n, CONTACT_VERTEX_GRAIN));
     c->changed = arena_push(arena, int, n);
     c->kicked = arena_push(arena, Vec3, n);
     c->is_changed = arena_push(arena, unsigned char, n);
@@ -382,7 +383,18 @@ void contact_end(Contact *c, ContactMemory *memory) {
                                              memory->pair_room - memory->touch_count);
 }
 
-/* forces, and the inertia that they need */
+/* crowded vertices are slow: inertia where stiffness is too much for the step */
+static void slow_chunk(int chunk, int first, int end, void *context) {
+    (void)chunk;
+    Contact *c = context;
+    for (int k = first; k < end; k++) {
+        int place = c->touched[k];
+        double inertia = c->stiff[place] * c->step * c->step / CONTACT_STABLE_SHARE;
+        double *weight = &c->view.lanes->weight[c->view.slot[place]];
+        *weight = inertia * c->weight_kept[place] > 1.0 ? 1.0 / inertia : c->weight_kept[place];
+    }
+}
+
 static void push_all(Contact *c, double dt, double share) {
     if (c->pairs_wanted) {
         self_forces(c, dt, share);
@@ -390,12 +402,7 @@ static void push_all(Contact *c, double dt, double share) {
     if (c->def->obstacle_count > 0) {
         obstacle_forces(c, dt, share);
     }
-    for (int k = 0; k < c->touched_count; k++) {
-        int place = c->touched[k];
-        double inertia = c->stiff[place] * dt * dt / CONTACT_STABLE_SHARE;
-        double *weight = &c->view.lanes->weight[c->view.slot[place]];
-        *weight = inertia * c->weight_kept[place] > 1.0 ? 1.0 / inertia : c->weight_kept[place];
-    }
+    parallel_for(c->touched_count, CONTACT_VERTEX_GRAIN, slow_chunk, c);
 }
 
 void contact_forces(Contact *c, double dt, double share, double time_end) {

@@ -21,6 +21,11 @@ typedef struct DuePair {
     int pair, owner;
 } DuePair;
 
+/* [J] of some vertices in a step. */
+typedef struct Loss {
+    double damping, friction, guard;
+} Loss;
+
 /* What one contact does in this step, found for all of them at once and then added in turn. */
 typedef struct ContactForce {
     Vec3 sum, damping, friction; /* [N] all of it, and its parts that take energy */
@@ -82,6 +87,7 @@ struct Contact {
     int *touched;     /* vertices with forces in this step, until its losses are counted */
     unsigned char *is_touched;
     int touched_count;
+    Loss *losses;           /* of chunks of those touched */
     Toll *tolls;            /* (vertex_count) of those touched */
     double step, kick_time; /* [s] of this step, of its kick */
     double stiffness;       /* see ContactMemory */

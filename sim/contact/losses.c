@@ -1,16 +1,25 @@
 /* losses.c: the book of what contact takes out of the cloth. All impulses of a step count as one: each
  * works on the mean of the velocities before the kick and after the guard, so that what pushes and
  * what holds at rest do no work, however hard. */
+#include "sim/base/parallel.h"
 #include "sim/contact/engine.h"
 
-void contact_clear(Contact *c, Vec3 given) {
+typedef struct ClearJob {
+    Contact *c;
+    Vec3 given;
+} ClearJob;
+
+static void clear_chunk(int chunk, int first, int end, void *context) {
+    (void)chunk;
+    const ClearJob *job = context;
+    Contact *c = job->c;
     const Lanes *lanes = c->view.lanes;
-    for (int k = 0; k < c->touched_count; k++) {
+    for (int k = first; k < end; k++) {
         int place = c->touched[k], slot = c->view.slot[place];
         double weight = lanes->weight[slot], own = c->weight_kept[place];
         if (weight < own) {
             Vec3 v = vec3(lanes->v[0][slot], lanes->v[1][slot], lanes->v[2][slot]);
-            Vec3 pushed = vec3_sub(vec3_sub(v, c->tolls[place].before), given);
+            Vec3 pushed = vec3_sub(vec3_sub(v, c->tolls[place].before), job->given);
             c->tolls[place].inertia =
                 vec3_scale(c->held[place] ? 0.0 : 1.0 / own - 1.0 / weight, pushed);
             lanes->weight[slot] = own;
@@ -20,15 +29,32 @@ void contact_clear(Contact *c, Vec3 given) {
     }
 }
 
-void contact_count_losses(Contact *c) {
-    ContactStatistics *s = &c->statistics;
-    for (int k = 0; k < c->touched_count; k++) {
+void contact_clear(Contact *c, Vec3 given) {
+    ClearJob job = {c, given};
+    parallel_for(c->touched_count, CONTACT_VERTEX_GRAIN, clear_chunk, &job);
+}
+
+static void count_chunk(int chunk, int first, int end, void *context) {
+    Contact *c = context;
+    Loss sum = {0};
+    for (int k = first; k < end; k++) {
         int place = c->touched[k];
         const Toll *toll = &c->tolls[place];
         Vec3 mean = vec3_scale(0.5, vec3_add(toll->before, contact_velocity(c, place)));
-        s->damping -= vec3_dot(mean, toll->damping);
-        s->friction -= vec3_dot(mean, toll->friction);
-        s->guard -= vec3_dot(mean, toll->inertia);
+        sum.damping -= vec3_dot(mean, toll->damping);
+        sum.friction -= vec3_dot(mean, toll->friction);
+        sum.guard -= vec3_dot(mean, toll->inertia);
+    }
+    c->losses[chunk] = sum;
+}
+
+void contact_count_losses(Contact *c) {
+    ContactStatistics *s = &c->statistics;
+    parallel_for(c->touched_count, CONTACT_VERTEX_GRAIN, count_chunk, c);
+    for (int k = 0; k < parallel_chunk_count(c->touched_count, CONTACT_VERTEX_GRAIN); k++) {
+        s->damping += c->losses[k].damping;
+        s->friction += c->losses[k].friction;
+        s->guard += c->losses[k].guard;
     }
     for (int k = 0; k < c->changed_count; k++) {
         int place = c->changed[k];
