@@ -48,56 +48,71 @@ static void make_room(Contact *c) {
     }
 }
 
-/* must a group pair be searched? May take its speed */
-typedef bool Wants(const Contact *c, GroupPair *pair, double dt);
-
 typedef struct OwnerJob {
     Contact *c;
-    Wants *wants;
     double dt;
 } OwnerJob;
 
-static void ask_chunk(int chunk, int first, int end, void *context) {
-    const OwnerJob *job = context;
+/* must a group pair be searched? May take its speed */
+typedef bool Wants(const Contact *c, GroupPair *pair, double dt);
+
+/* inline, once for each question: a call for each pair costs as much as the answer */
+static inline void ask(int chunk, int first, int end, const OwnerJob *job, Wants *wants) {
     Contact *c = job->c;
     int count = 0;
     for (int i = first; i < end; i++) {
-        c->wanted[i] = job->wants(c, &c->lists.group_pairs[i], job->dt);
+        c->wanted[i] = wants(c, &c->lists.group_pairs[i], job->dt);
         count += c->wanted[i];
     }
     c->wanted_counts[chunk] = count;
 }
 
-/* asks all group pairs, into c->wanted; returns how many must */
-static int ask_all(Contact *c, Wants *wants, double dt) {
-    OwnerJob job = {c, wants, dt};
-    int owners = c->lists.group_pair_count, count = 0;
-    parallel_for(owners, OWNER_GRAIN, ask_chunk, &job);
-    for (int k = 0; k < parallel_chunk_count(owners, OWNER_GRAIN); k++) {
-        count += c->wanted_counts[k];
-    }
-    return count;
-}
-
-static bool is_spent(const Contact *c, GroupPair *pair, double dt) {
+static inline bool is_spent(const Contact *c, GroupPair *pair, double dt) {
     (void)c, (void)dt;
     return pair->path > pair->limit;
 }
 
-static bool outgrows_list(const Contact *c, GroupPair *pair, double dt) {
+static inline bool outgrows_list(const Contact *c, GroupPair *pair, double dt) {
     pair->speed = relative_speed(c, pair);
     return CONTACT_LEAST_NEAR_STEPS * pair->speed * dt > pair->near || pair->limit < 0.0;
 }
 
-static bool outruns_planes(const Contact *c, GroupPair *pair, double dt) {
+static inline bool outruns_planes(const Contact *c, GroupPair *pair, double dt) {
     pair->speed = relative_speed(c, pair);
     return pair->speed * dt > CONTACT_PLANE_SHARE * pair->near;
 }
 
-static bool is_new(const Contact *c, GroupPair *pair, double dt) {
+static inline bool is_new(const Contact *c, GroupPair *pair, double dt) {
     (void)dt;
     pair->speed = relative_speed(c, pair);
     return true;
+}
+
+static void ask_spent(int chunk, int first, int end, void *context) {
+    ask(chunk, first, end, context, is_spent);
+}
+
+static void ask_outgrown(int chunk, int first, int end, void *context) {
+    ask(chunk, first, end, context, outgrows_list);
+}
+
+static void ask_outrun(int chunk, int first, int end, void *context) {
+    ask(chunk, first, end, context, outruns_planes);
+}
+
+static void ask_new(int chunk, int first, int end, void *context) {
+    ask(chunk, first, end, context, is_new);
+}
+
+/* asks all group pairs, into c->wanted; returns how many must */
+static int ask_all(Contact *c, ParallelBody *question, double dt) {
+    OwnerJob job = {c, dt};
+    int owners = c->lists.group_pair_count, count = 0;
+    parallel_for(owners, OWNER_GRAIN, question, &job);
+    for (int k = 0; k < parallel_chunk_count(owners, OWNER_GRAIN); k++) {
+        count += c->wanted_counts[k];
+    }
+    return count;
 }
 
 /* the pairs of one group pair that are due by its path, evaluated; those that are near into
@@ -193,7 +208,7 @@ void self_begin(Contact *c, double dt) {
     Lists *l = &c->lists;
     l->stamp++;
     remake(c, dt);
-    ask_all(c, is_new, dt);
+    ask_all(c, ask_new, dt);
     search(c, dt);
 }
 
@@ -298,7 +313,7 @@ static void choose_pushing(Contact *c) {
 
 void self_find(Contact *c, double dt) {
     Lists *l = &c->lists;
-    if (ask_all(c, is_spent, dt) > 0) {
+    if (ask_all(c, ask_spent, dt) > 0) {
         search(c, dt);
     } else {
         evaluate(c);
@@ -365,7 +380,7 @@ void self_refresh(Contact *c, double dt) {
     if (remade) {
         remake(c, dt);
     }
-    if (ask_all(c, outgrows_list, dt) > 0 || remade) {
+    if (ask_all(c, ask_outgrown, dt) > 0 || remade) {
         search(c, dt);
     }
     c->level_step = step;
@@ -450,7 +465,7 @@ void self_shorten(Contact *c, double dt) {
 
 bool self_check(Contact *c, double dt) {
     c->level_step = max2(c->level_step, 2.0 * fastest_group(c) * dt);
-    bool again = ask_all(c, outruns_planes, dt) > 0;
+    bool again = ask_all(c, ask_outrun, dt) > 0;
     if (again) {
         search(c, dt);
     }
