@@ -5,6 +5,7 @@
 
 #include <math.h>
 
+#include "sim/base/parallel.h"
 #include "sim/contact/engine.h"
 
 /* Velocity of the point with these weights. */
@@ -15,6 +16,19 @@ static inline Vec3 contact_point_velocity(const Contact *c, int count, const int
         v = vec3_axpy(v, weight[k], contact_velocity(c, place[k]));
     }
     return v;
+}
+
+/* Forces of c->pushing, from `begin` on. */
+typedef struct ContactForceJob {
+    Contact *c;
+    double dt, share;
+    int begin;
+} ContactForceJob;
+
+/* How many of them next: all for several threads; for one a few, added while they are in the cache. */
+static inline int contact_next_forces(const Contact *c, const ContactForceJob *job) {
+    int left = c->pushing_count - job->begin;
+    return parallel_threads() > 1 || left < CONTACT_FORCE_GRAIN ? left : CONTACT_FORCE_GRAIN;
 }
 
 /* Adds the share w of a force to a vertex. */

@@ -31,7 +31,7 @@ double touch_friction(const Contact *c, const Touch *touch) {
 
 static ContactForce force_of(const Contact *c, Touch *touch, double dt, double share) {
     double mass = touch_mass(c, touch), k = CONTACT_STIFFNESS * mass / (dt * dt);
-    double force, curvature, critical = 2.0 * sqrt(k * mass);
+    double force, curvature, critical = 2.0 * sqrt(CONTACT_STIFFNESS) * mass / dt;
     double damping = CONTACT_DAMPING * critical;
     contact_law(touch->distance, touch_distance(c, touch), k, &force, &curvature);
     Vec3 carried = obstacle_velocity(c, touch, dt);
@@ -93,28 +93,25 @@ static void choose_pushing(Contact *c) {
     }
 }
 
-typedef struct ForceJob {
-    Contact *c;
-    double dt, share;
-} ForceJob;
-
 static void find_forces(int chunk, int first, int end, void *context) {
     (void)chunk;
-    const ForceJob *job = context;
+    const ContactForceJob *job = context;
     Contact *c = job->c;
     for (int k = first; k < end; k++) {
-        c->forces[k] = force_of(c, &c->touches[c->pushing[k]], job->dt, job->share);
+        c->forces[k] = force_of(c, &c->touches[c->pushing[job->begin + k]], job->dt, job->share);
     }
 }
 
 void obstacle_forces(Contact *c, double dt, double share) {
     obstacle_find(c, dt);
     choose_pushing(c);
-    ForceJob job = {c, dt, share};
-    parallel_for(c->pushing_count, CONTACT_FORCE_GRAIN, find_forces, &job);
-    for (int k = 0; k < c->pushing_count; k++) {
-        const Touch *touch = &c->touches[c->pushing[k]];
-        contact_apply(c, &c->forces[k], touch_corners(touch), touch->place, touch->weight);
+    ContactForceJob job = {c, dt, share, 0};
+    for (int count; (count = contact_next_forces(c, &job)) > 0; job.begin += count) {
+        parallel_for(count, CONTACT_FORCE_GRAIN, find_forces, &job);
+        for (int k = 0; k < count; k++) {
+            const Touch *touch = &c->touches[c->pushing[job.begin + k]];
+            contact_apply(c, &c->forces[k], touch_corners(touch), touch->place, touch->weight);
+        }
     }
     for (int k = 0; k < c->follower_count; k++) {
         c->touches[c->followers[k].second].bristle = c->touches[c->followers[k].first].bristle;

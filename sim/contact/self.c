@@ -326,29 +326,27 @@ void self_find(Contact *c, double dt) {
     }
 }
 
-typedef struct ForceJob {
-    Contact *c;
-    double dt, share;
-} ForceJob;
-
 static void find_forces(int chunk, int first, int end, void *context) {
     (void)chunk;
-    const ForceJob *job = context;
+    const ContactForceJob *job = context;
     Contact *c = job->c;
     for (int k = first; k < end; k++) {
-        c->forces[k] = force_of(c, &c->lists.pairs[c->pushing[k]], job->dt, job->share);
+        c->forces[k] =
+            force_of(c, &c->lists.pairs[c->pushing[job->begin + k]], job->dt, job->share);
     }
 }
 
 void self_forces(Contact *c, double dt, double share) {
     self_find(c, dt);
     choose_pushing(c);
-    ForceJob job = {c, dt, share};
-    parallel_for(c->pushing_count, CONTACT_FORCE_GRAIN, find_forces, &job);
     Pair *pairs = c->lists.pairs;
-    for (int k = 0; k < c->pushing_count; k++) {
-        const Pair *pair = &pairs[c->pushing[k]];
-        contact_apply(c, &c->forces[k], 4, pair->place, pair->weight);
+    ContactForceJob job = {c, dt, share, 0};
+    for (int count; (count = contact_next_forces(c, &job)) > 0; job.begin += count) {
+        parallel_for(count, CONTACT_FORCE_GRAIN, find_forces, &job);
+        for (int k = 0; k < count; k++) {
+            const Pair *pair = &pairs[c->pushing[job.begin + k]];
+            contact_apply(c, &c->forces[k], 4, pair->place, pair->weight);
+        }
     }
     for (int k = 0; k < c->follower_count; k++) { /* whichever is first after a search */
         pairs[c->followers[k].second].bristle = pairs[c->followers[k].first].bristle;
