@@ -270,9 +270,13 @@ static int run_sim(const char *scene_path, const Arguments *a) {
         arena_free(&arena);
         return fail(&error);
     }
-    if (sim->moved_at_start > 0 && !a->quiet) {
+    if (sim->moves.untangled > 0 && !a->quiet) {
+        fprintf(stderr, "sim: cloth crossed cloth at the start: %d nodes were pulled apart\n",
+                sim->moves.untangled);
+    }
+    if (sim->moves.pushed_out > 0 && !a->quiet) {
         fprintf(stderr, "sim: %d nodes started too near to obstacles and were moved out\n",
-                sim->moved_at_start);
+                sim->moves.pushed_out);
     }
     if (mkdir(a->output, 0755) != 0 && errno != EEXIST) {
         error_set_errno(&error, EXIT_IO, "cannot make the folder %s", a->output);

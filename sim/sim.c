@@ -7,7 +7,6 @@
 #include "sim/base/hash.h"
 #include "sim/base/parallel.h"
 #include "sim/layout.h"
-#include "sim/start.h"
 
 SimOptions sim_options_default(void) { return (SimOptions){.threads = 1}; }
 
@@ -78,7 +77,7 @@ bool sim_create(Sim *sim, const Scene *scene, const SimOptions *options, Error *
     sim->state = state_allocate(&sim->system, &sim->arena);
     sim->packed = arena_push(&sim->arena, double, 9 * sim->system.node_count);
     state_start(&sim->system, &sim->state);
-    if (!start_make_legal(&sim->system, &sim->state, &sim->moved_at_start, error)) {
+    if (!start_make_legal(&sim->system, &sim->state, &sim->moves, error)) {
         sim_destroy(sim);
         return false;
     }

@@ -4,6 +4,7 @@
 #define TOILE_SIM_H
 
 #include "sim/base/version.h"
+#include "sim/start.h"
 #include "sim/state/state.h"
 #include "sim/step/stepper.h"
 
@@ -25,7 +26,7 @@ typedef struct Sim {
     int frame;             /* number of the frame that `state` is */
     Statistics statistics; /* of the last frame */
     Statistics total;      /* sums over the frames made by this process */
-    int moved_at_start;    /* vertices that were taken out of solids */
+    StartMoves moves;      /* before the first step */
     int stretched;         /* the cloth of statistics.stretch */
     double *packed;        /* (node_count x 9) positions, velocities, forces without ghosts */
 } Sim;

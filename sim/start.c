@@ -1,9 +1,11 @@
 #include "sim/start.h"
 
 #include "sim/contact/push_out.h"
-#include "sim/geom/crossing.h"
+#include "sim/geom/untangle.h"
 
 #define MOST_DEPTH 10.0 /* contact distances; deeper, moving out would tear at the cloth */
+#define MOST_TURNS 8    /* of pulling apart and moving out */
+#define UNTANGLED 0.2   /* contact distances that cloth pulled apart is left */
 
 typedef struct Spot {
     const char *cloth;
@@ -55,6 +57,7 @@ static bool check_obstacles(const System *system, const State *state, const Cros
     return true;
 }
 
+/* refuses cloth that crosses cloth and could not be pulled apart */
 static bool check_cloth(const System *system, const CrossingMesh *cloth, Arena *scratch,
                         Error *error) {
     Crossings crossings = crossing_count_self(cloth, scratch);
@@ -63,11 +66,13 @@ static bool check_cloth(const System *system, const CrossingMesh *cloth, Arena *
     }
     Spot a = spot_of(system, cloth->triangles[3 * crossings.first[0]]);
     Spot b = spot_of(system, cloth->triangles[3 * crossings.first[1]]);
-    return error_set(error, EXIT_BAD_INPUT,
-                     "%s: cloth '%s' crosses cloth '%s' at the start, first at (%.4g, %.4g) m and "
-                     "(%.4g, %.4g) m of their panels; 'solver: {self_contact: false}' lets it",
-                     system->scene->path, a.cloth, b.cloth, a.material[0], a.material[1],
-                     b.material[0], b.material[1]);
+    return error_set(
+        error, EXIT_BAD_INPUT,
+        "%s: cloth '%s' crosses cloth '%s' at the start too deep to be untangled, first "
+        "at (%.4g, %.4g) m and (%.4g, %.4g) m of their panels; 'solver: {self_contact: "
+        "false}' lets it",
+        system->scene->path, a.cloth, b.cloth, a.material[0], a.material[1], b.material[0],
+        b.material[1]);
 }
 
 static bool check_depth(const System *system, const PushOut *out, Error *error) {
@@ -83,12 +88,34 @@ static bool check_depth(const System *system, const PushOut *out, Error *error) 
                      1e3 * out->way, 1e3 * most);
 }
 
-bool start_make_legal(const System *system, State *state, int *moved, Error *error) {
+/* cloth that crosses cloth is pulled apart, as far as that goes */
+static int untangle_cloth(const System *system, const unsigned char *held, double *x,
+                          Arena *scratch) {
+    CrossingMesh cloth = system_mesh(system, x, scratch);
+    if (!system->contact.self || crossing_count_self(&cloth, scratch).count == 0) {
+        return 0;
+    }
+    double distance = system->contact.distance;
+    Untangled result =
+        untangle(&cloth, held, UNTANGLED * distance, MOST_DEPTH * distance, x, scratch);
+    return result.done ? result.moved : 0;
+}
+
+bool start_make_legal(const System *system, State *state, StartMoves *moves, Error *error) {
     Arena scratch = {0};
     unsigned char *held = arena_push(&scratch, unsigned char, system->place_count);
     system_mark_held(system, 0.0, held);
     PushOut out = push_out(&system->contact, state->contact.poses, held, state->x);
-    *moved = out.moved;
+    moves->pushed_out = out.moved;
+    moves->untangled = 0;
+    for (int k = 0, moved = 1; k < MOST_TURNS && moved > 0; k++) { /* one may undo the other */
+        moved = untangle_cloth(system, held, state->x, &scratch);
+        moves->untangled = moved > moves->untangled ? moved : moves->untangled;
+        if (moved > 0) {
+            PushOut again = push_out(&system->contact, state->contact.poses, held, state->x);
+            out = again.way > out.way ? again : out;
+        }
+    }
     CrossingMesh cloth = system_mesh(system, state->x, &scratch);
     bool ok = check_depth(system, &out, error) &&
               check_obstacles(system, state, &cloth, &scratch, error) &&

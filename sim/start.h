@@ -4,8 +4,14 @@
 
 #include "sim/step/system.h"
 
-/* Moves cloth out of solids, then has the exact check judge the start. False (EXIT_BAD_INPUT) with
- * the place on the panel when cloth crosses itself, other cloth or an obstacle. *moved: vertices. */
-bool start_make_legal(const System *system, State *state, int *moved, Error *error);
+/* Vertices that were moved before the first step. */
+typedef struct StartMoves {
+    int untangled, pushed_out; /* from other cloth; out of solids */
+} StartMoves;
+
+/* Pulls apart cloth that crosses cloth and moves it out of solids, then has the exact check judge the
+ * start. False (EXIT_BAD_INPUT) with the place on the panel when cloth still crosses itself, other cloth
+ * or an obstacle, or would have to move by more than ten contact distances. */
+bool start_make_legal(const System *system, State *state, StartMoves *moves, Error *error);
 
 #endif

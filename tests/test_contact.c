@@ -395,7 +395,7 @@ static void test_starts(void **unused) {
         Play play;
         snprintf(text, sizeof text, scene, good[k]);
         play_start(&play, text);
-        assert_true(play.sim.moved_at_start > 0);
+        assert_true(play.sim.moves.pushed_out > 0);
         assert_int_equal(play_crossings(&play), 0);
         play_to(&play, 0.1);
         assert_int_equal(play_crossings(&play), 0);
