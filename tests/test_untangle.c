@@ -112,10 +112,8 @@ static void test_refused(void **unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_two_triangles),
-        cmocka_unit_test(test_held_and_hopeless),
-        cmocka_unit_test(test_rim),
-        cmocka_unit_test(test_bumps),
+        cmocka_unit_test(test_two_triangles), cmocka_unit_test(test_held_and_hopeless),
+        cmocka_unit_test(test_rim),           cmocka_unit_test(test_bumps),
         cmocka_unit_test(test_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

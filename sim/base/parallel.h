@@ -2,6 +2,9 @@
  *
  * A loop is cut into chunks of `grain` items, whatever the thread count; each chunk
  * writes only to places of its own; sums are taken over chunks in order afterwards.
+ * Chunks are claimed: nobody waits for a thread that did not come. Where other programs want the
+ * processors the caller does all of it. Thread-safety: one thread calls; a loop within a chunk is that
+ * chunk's own.
  */
 #ifndef TOILE_BASE_PARALLEL_H
 #define TOILE_BASE_PARALLEL_H
@@ -12,7 +15,7 @@ typedef void ParallelBody(int chunk, int first, int end, void *context);
 void parallel_set_threads(int thread_count); /* at least 1 */
 int parallel_threads(void);
 
-/* Calls body for every chunk of 0 .. count-1. A grain below some 40 us of work is not
+/* Calls body for every chunk of 0 .. count-1. A grain below some 10 us of work is not
  * worth a thread. */
 void parallel_for(int count, int grain, ParallelBody *body, void *context);
 

@@ -28,15 +28,16 @@ typedef struct Tangle {
     int edge_count;
     int *edge_of; /* (triangle_count x 3) edge from corner k to the next */
     BoxTree tree;
-    Box *boxes;  /* (triangle_count) */
+    Box *boxes; /* (triangle_count) */
     Pierced *found;
     int found_count, found_room;
     bool *pierces; /* (edge_count) */
     int *rim;      /* (vertex_count) edges to the nearest rim */
     int *sheet;    /* (vertex_count) a vertex that stands for all it is joined to */
-    int *piece;    /* (vertex_count) a vertex of the same piece, nearer to the one that stands for it */
-    int *size;     /* (vertex_count) of the piece that this vertex stands for */
-    Vec3 *back;    /* [m] (vertex_count) longest way to the other side */
+    int *
+        piece; /* (vertex_count) a vertex of the same piece, nearer to the one that stands for it */
+    int *size; /* (vertex_count) of the piece that this vertex stands for */
+    Vec3 *back; /* [m] (vertex_count) longest way to the other side */
 } Tangle;
 
 static Vec3 place(const Tangle *t, int vertex) { return vec3_load(t->x + 3 * (size_t)vertex); }
@@ -78,8 +79,7 @@ static void find_edges(Tangle *t, Arena *arena) {
         if (last && last->end[0] == half->low && last->end[1] == half->high) {
             last->face[1] = half->triangle;
         } else {
-            t->edges[t->edge_count++] =
-                (Edge){{half->low, half->high}, {half->triangle, -1}};
+            t->edges[t->edge_count++] = (Edge){{half->low, half->high}, {half->triangle, -1}};
         }
         t->edge_of[3 * half->triangle + half->side] = t->edge_count - 1;
     }
@@ -144,7 +144,8 @@ static void bring_back(Tangle *t, const Edge *edge, int triangle, int lost) {
     Vec3 normal = normal_of(t, triangle), origin = place(t, corners(t, triangle)[0]);
     double here = vec3_dot(vec3_sub(place(t, edge->end[lost]), origin), normal);
     double there = vec3_dot(vec3_sub(place(t, edge->end[1 - lost]), origin), normal);
-    Vec3 way = vec3_scale(copysign(t->gap, there) - here, normal), *back = &t->back[edge->end[lost]];
+    Vec3 way = vec3_scale(copysign(t->gap, there) - here, normal),
+         *back = &t->back[edge->end[lost]];
     *back = vec3_dot(way, way) > vec3_dot(*back, *back) ? way : *back;
 }
 
