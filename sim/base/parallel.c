@@ -21,7 +21,7 @@
 #define CALM_RATE 25.0    /* ... below which they are tried again */
 #define MOST_PATIENCE 256 /* looks; some seconds */
 #define TOGETHER 16       /* looks after which patience begins anew */
-#define CHUNK_BITS 24     /* of the number of chunks, and of the next one, in Team.word */
+#define CHUNK_BITS 24     /* of the number of a chunk in Team.word */
 #define CHUNK_MASK (((uint64_t)1 << CHUNK_BITS) - 1)
 
 /* Are the processors wanted by others? Then loops are the caller's, and workers sleep. It is seen by how
@@ -42,7 +42,7 @@ typedef struct Team {
     pthread_cond_t wake;
     int workers;
     atomic_int sleepers;
-    _Atomic uint64_t word; /* number of the loop, how many chunks, the next one */
+    _Atomic uint64_t word; /* number of the loop; behind the last chunk that is free, the first */
     atomic_int done;       /* chunks */
     ParallelBody *body;    /* of this loop, as what follows; fixed until all chunks are done */
     void *context;
@@ -75,19 +75,24 @@ static void run_chunk(ParallelBody *body, int chunk, int count, int grain, void 
     body(chunk, first, end, context);
 }
 
-/* the next chunk, or -1 */
-static int claim(void) {
+/* The next chunk, or -1. The caller takes them from the front, workers from the back: from loop to loop each
+ * meets the same things, which stay in its cache. */
+static int claim(bool front) {
     uint64_t word = atomic_load(&team.word);
-    while ((word & CHUNK_MASK) < (word >> CHUNK_BITS & CHUNK_MASK)) {
-        if (atomic_compare_exchange_weak(&team.word, &word, word + 1)) {
-            return (int)(word & CHUNK_MASK);
+    for (;;) {
+        uint64_t next = word & CHUNK_MASK, end = word >> CHUNK_BITS & CHUNK_MASK;
+        if (next >= end) {
+            return -1;
+        }
+        uint64_t less = front ? word + 1 : word - ((uint64_t)1 << CHUNK_BITS);
+        if (atomic_compare_exchange_weak(&team.word, &word, less)) {
+            return (int)(front ? next : end - 1);
         }
     }
-    return -1;
 }
 
-static void run_claimed(void) {
-    for (int chunk; (chunk = claim()) >= 0;) {
+static void run_claimed(bool front) {
+    for (int chunk; (chunk = claim(front)) >= 0;) {
         run_chunk(team.body, chunk, team.count, team.grain, team.context);
         atomic_fetch_add(&team.done, 1);
     }
@@ -116,7 +121,7 @@ static void *work(void *unused) {
     inside = true;
     for (;;) {
         uint64_t last = loop_number(atomic_load(&team.word));
-        run_claimed();
+        run_claimed(false);
         await_loop(last);
     }
     return NULL;
@@ -198,7 +203,7 @@ void parallel_for(int count, int grain, ParallelBody *body, void *context) {
         pthread_mutex_unlock(&team.lock);
     }
     inside = true;
-    run_claimed();
+    run_claimed(true);
     inside = false;
     await_workers(chunk_count);
 }
