@@ -109,7 +109,7 @@ struct Contact {
     int *due_touches;
     int due_touch_count;
     int *looked;               /* (touch_room) touches to be looked at now */
-    long *wanted_places;       /* indices into `distances` to be found for that */
+    int *touch_counts;         /* of chunks of them */
     VertexDistance *distances; /* (vertex_count x obstacle_count) */
     Pose *poses, *next;        /* (obstacle_count) now; demanded at the end of the step */
     Frame *frames;             /* (obstacle_count) of poses */

@@ -14,22 +14,20 @@ static Vec3 frame_apply(const Frame *f, Vec3 a) {
     return vec3_axpy(sum, a.z, f->axis[2]);
 }
 
-void obstacle_vertex(const Contact *c, const Points *x, VertexDistance *v, int place,
-                     int obstacle) {
+/* of a vertex now: `own`, filled, unless it is known */
+static const VertexDistance *vertex_distance(const Contact *c, const Points *x, int place,
+                                             int obstacle, VertexDistance *own) {
+    const VertexDistance *known =
+        &c->distances[(size_t)place * (size_t)c->def->obstacle_count + (size_t)obstacle];
+    if (known->stamp == c->lists.stamp) {
+        return known;
+    }
     const Frame *f = &c->frames[obstacle];
     Vec3 d = vec3_sub(point_at(x, place), f->origin);
-    v->place = vec3(vec3_dot(f->axis[0], d), vec3_dot(f->axis[1], d), vec3_dot(f->axis[2], d));
-    v->distance = solid_distance(&c->def->obstacles[obstacle].solid, v->place, &v->normal);
-}
-
-static const VertexDistance *vertex_distance(Contact *c, const Points *x, int place, int obstacle) {
-    VertexDistance *v =
-        &c->distances[(size_t)place * (size_t)c->def->obstacle_count + (size_t)obstacle];
-    if (v->stamp != c->lists.stamp) {
-        v->stamp = c->lists.stamp;
-        obstacle_vertex(c, x, v, place, obstacle);
-    }
-    return v;
+    own->stamp = c->lists.stamp;
+    own->place = vec3(vec3_dot(f->axis[0], d), vec3_dot(f->axis[1], d), vec3_dot(f->axis[2], d));
+    own->distance = solid_distance(&c->def->obstacles[obstacle].solid, own->place, &own->normal);
+    return own;
 }
 
 /* what an evaluation found: nearest point and normal in the frame of the obstacle */
@@ -40,8 +38,12 @@ static void set_touch(const Contact *c, Touch *touch, double distance, Vec3 near
     touch->point = vec3_add(f->origin, frame_apply(f, vec3_axpy(nearest, -distance, normal)));
 }
 
+/* ... and known to triangles from now on */
 static void evaluate_vertex(Contact *c, const Points *x, Touch *touch) {
-    const VertexDistance *v = vertex_distance(c, x, touch->place[0], touch->obstacle);
+    size_t obstacles = (size_t)c->def->obstacle_count;
+    VertexDistance *own =
+        &c->distances[(size_t)touch->place[0] * obstacles + (size_t)touch->obstacle];
+    const VertexDistance *v = vertex_distance(c, x, touch->place[0], touch->obstacle, own);
     set_touch(c, touch, v->distance, v->place, v->normal);
 }
 
@@ -62,13 +64,14 @@ static void search_triangle(const Contact *c, Touch *touch, const VertexDistance
 /* The distance is convex: below no tangent plane. The tangent at a corner bounds it over the
  * triangle, and parts the triangle from the solid when it is positive on all corners. Exact
  * points are looked for only where there may be a force. */
-static void evaluate_triangle(Contact *c, const Points *x, Touch *touch) {
+static void evaluate_triangle(const Contact *c, const Points *x, Touch *touch) {
+    VertexDistance own[3];
     const VertexDistance *v[3];
     const Solid *solid = &c->def->obstacles[touch->obstacle].solid;
     double bound = -INFINITY, dhat = c->def->vertex_distance[touch->place[0]];
     int best = 0;
     for (int k = 0; k < 3; k++) {
-        v[k] = vertex_distance(c, x, touch->place[k], touch->obstacle);
+        v[k] = vertex_distance(c, x, touch->place[k], touch->obstacle, &own[k]);
     }
     double lowest = min2(min2(v[0]->distance, v[1]->distance), v[2]->distance);
     touch->spare = vec3_same(v[0]->normal, v[1]->normal) && vec3_same(v[1]->normal, v[2]->normal);

@@ -23,7 +23,8 @@ static void add_touch(Contact *c, const Touch *touch, double due) {
         c->touch_owner = arena_grow(c->arena, int, c->touch_owner, count, c->touch_room);
         c->due_touches = arena_push(c->arena, int, c->touch_room); /* a look follows */
         c->looked = arena_push(c->arena, int, c->touch_room);
-        c->wanted_places = arena_push(c->arena, long, 3 * c->touch_room);
+        c->touch_counts =
+            arena_push(c->arena, int, parallel_chunk_count(c->touch_room, LOOK_GRAIN));
     }
     c->touches[c->touch_count] = *touch;
     c->touch_owner[c->touch_count] = touch->owner;
@@ -201,73 +202,79 @@ void obstacle_forget(const Contact *c, Touch *touch) {
 
 /* ---- looking ---- */
 
-/* those to be looked at now, and the vertices whose distance must be found for that, each once */
-static int choose(Contact *c, int *place_count) {
-    int count = 0, places = 0, obstacles = c->def->obstacle_count;
-    for (int t = 0; t < c->touch_count; t++) {
-        double path = c->group_touches[c->touch_owner[t]].path;
-        if (path < c->touch_due[t]) {
-            continue;
-        }
-        const Touch *touch = &c->touches[t];
-        c->looked[count++] = t;
-        for (int k = 0; k < touch_corners(touch) && path > touch->frozen; k++) {
-            long at = (long)touch->place[k] * obstacles + touch->obstacle;
-            if (c->distances[at].stamp != c->lists.stamp) {
-                c->distances[at].stamp = c->lists.stamp;
-                c->wanted_places[places++] = at;
+/* The looks of a step, chunk by chunk: what each finds stands from its first touch on. */
+typedef struct LookJob {
+    Contact *c;
+    Points x;
+} LookJob;
+
+static void look_at(const LookJob *job, Touch *touch) {
+    Contact *c = job->c;
+    double path = c->group_touches[touch->owner].path;
+    if (path <= touch->frozen) {
+        obstacle_project(&job->x, touch);
+    } else {
+        obstacle_evaluate(c, &job->x, touch);
+        touch->frozen = path + obstacle_frozen(c, touch);
+    }
+}
+
+/* those that are due; vertices are looked at, so that triangles find the distances of their corners */
+static void choose_chunk(int chunk, int first, int end, void *context) {
+    const LookJob *job = context;
+    Contact *c = job->c;
+    int count = 0;
+    for (int t = first; t < end; t++) {
+        if (c->group_touches[c->touch_owner[t]].path >= c->touch_due[t]) {
+            c->looked[first + count++] = t;
+            if (c->touches[t].place[1] < 0) {
+                look_at(job, &c->touches[t]);
             }
         }
     }
-    *place_count = places;
-    return count;
+    c->touch_counts[chunk] = count;
 }
 
-static void find_distances(int chunk, int first, int end, void *context) {
-    (void)chunk;
-    Contact *c = context;
-    Points x = contact_positions(c);
+static void near_chunk(int chunk, int first, int end, void *context) {
+    const LookJob *job = context;
+    Contact *c = job->c;
+    int count = 0;
     for (int k = first; k < end; k++) {
-        int place = (int)(c->wanted_places[k] / c->def->obstacle_count);
-        int obstacle = (int)(c->wanted_places[k] % c->def->obstacle_count);
-        obstacle_vertex(c, &x, &c->distances[c->wanted_places[k]], place, obstacle);
-    }
-}
-
-static void look_at(int chunk, int first, int end, void *context) {
-    (void)chunk;
-    Contact *c = context;
-    Points x = contact_positions(c);
-    for (int k = first; k < end; k++) {
-        Touch *touch = &c->touches[c->looked[k]];
-        double path = c->group_touches[touch->owner].path;
-        if (path <= touch->frozen) {
-            obstacle_project(&x, touch);
-        } else {
-            obstacle_evaluate(c, &x, touch);
-            touch->frozen = path + obstacle_frozen(c, touch);
-        }
-    }
-}
-
-void obstacle_look(Contact *c) {
-    int places, count = choose(c, &places);
-    parallel_for(places, LOOK_GRAIN, find_distances, c);
-    parallel_for(count, LOOK_GRAIN, look_at, c);
-    c->due_touch_count = 0;
-    for (int k = 0; k < count; k++) {
         int t = c->looked[k];
         Touch *touch = &c->touches[t];
         const GroupTouch *group = &c->group_touches[touch->owner];
+        if (touch->place[1] >= 0) {
+            look_at(job, touch);
+        }
         c->touch_due[t] = group->path + touch->distance - group->near;
         if (touch->spare) {
             c->touch_due[t] = max2(c->touch_due[t], group->path + touch->margin);
         } else if (touch->distance <= group->near) {
-            c->due_touches[c->due_touch_count++] = t;
+            c->due_touches[first + count++] = t;
         } else {
             obstacle_forget(c, touch);
         }
     }
+    c->touch_counts[chunk] = count;
+}
+
+/* closes the gaps between what chunks left in a list */
+static int close_up(const Contact *c, int *list, int room) {
+    int count = 0;
+    for (int k = 0; k < parallel_chunk_count(room, LOOK_GRAIN); k++) {
+        size_t bytes = (size_t)c->touch_counts[k] * sizeof *list;
+        memmove(list + count, list + (size_t)k * LOOK_GRAIN, bytes);
+        count += c->touch_counts[k];
+    }
+    return count;
+}
+
+void obstacle_look(Contact *c) {
+    LookJob job = {c, contact_positions(c)};
+    parallel_for(c->touch_count, LOOK_GRAIN, choose_chunk, &job);
+    int looked = close_up(c, c->looked, c->touch_count);
+    parallel_for(looked, LOOK_GRAIN, near_chunk, &job);
+    c->due_touch_count = close_up(c, c->due_touches, looked);
     c->statistics.evaluations += c->due_touch_count;
     c->statistics.pairs += c->touch_count;
 }

@@ -157,20 +157,39 @@ static void evaluate_chunk(int chunk, int first, int end, void *context) {
     }
 }
 
+static void due_chunk(int chunk, int first, int end, void *context) {
+    Contact *c = context;
+    int count = 0;
+    for (int i = first; i < end; i++) {
+        const GroupPair *owner = &c->lists.group_pairs[i];
+        if (owner->count > 0 && owner->path >= owner->earliest) {
+            c->due_owners[first + count++] = i;
+        }
+    }
+    c->wanted_counts[chunk] = count;
+}
+
+/* group pairs with pairs to be looked at, into c->due_owners; returns their number */
+static int find_due_owners(Contact *c) {
+    int all = c->lists.group_pair_count, count = 0;
+    parallel_for(all, OWNER_GRAIN, due_chunk, c);
+    for (int k = 0; k < parallel_chunk_count(all, OWNER_GRAIN); k++) {
+        const int *from = c->due_owners + (size_t)k * OWNER_GRAIN;
+        memmove(c->due_owners + count, from, (size_t)c->wanted_counts[k] * sizeof *from);
+        count += c->wanted_counts[k];
+    }
+    return count;
+}
+
 /* all due pairs */
 static void evaluate(Contact *c) {
     Lists *l = &c->lists;
-    int owners = 0;
+    int owners = find_due_owners(c);
     if (c->due_room < l->pair_room) {
         c->due_room = l->pair_room;
         c->due_pairs = arena_push(c->arena, DuePair, c->due_room);
         c->near_pairs = arena_push(c->arena, int, c->due_room);
         c->tight = arena_push(c->arena, int, c->due_room);
-    }
-    for (int i = 0; i < l->group_pair_count; i++) {
-        if (l->group_pairs[i].count > 0 && l->group_pairs[i].path >= l->group_pairs[i].earliest) {
-            c->due_owners[owners++] = i;
-        }
     }
     parallel_for(owners, BLOCK_GRAIN, evaluate_chunk, c);
     c->due_count = 0;
@@ -470,9 +489,17 @@ bool self_check(Contact *c, double dt) {
     return again;
 }
 
-void self_advance(Contact *c, double dt) {
-    c->lists.spent += c->level_step;
-    for (int i = 0; i < c->lists.group_pair_count; i++) {
-        c->lists.group_pairs[i].path += c->lists.group_pairs[i].speed * dt;
+static void advance_chunk(int chunk, int first, int end, void *context) {
+    (void)chunk;
+    const OwnerJob *job = context;
+    GroupPair *pairs = job->c->lists.group_pairs;
+    for (int i = first; i < end; i++) {
+        pairs[i].path += pairs[i].speed * job->dt;
     }
+}
+
+void self_advance(Contact *c, double dt) {
+    OwnerJob job = {c, dt};
+    c->lists.spent += c->level_step;
+    parallel_for(c->lists.group_pair_count, OWNER_GRAIN, advance_chunk, &job);
 }

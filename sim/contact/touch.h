@@ -42,10 +42,9 @@ typedef struct Frame {
 
 static inline int touch_corners(const Touch *touch) { return touch->place[1] < 0 ? 1 : 3; }
 
-/* obstacle_distance.c: distance, normal, feature of a touch at the positions of now, from the
- * distances of its vertices where they are known */
+/* obstacle_distance.c: distance, normal, feature of a touch at the positions of now. A vertex is known
+ * from then on to the triangles at it. */
 void obstacle_evaluate(Contact *c, const Points *x, Touch *touch);
-void obstacle_vertex(const Contact *c, const Points *x, VertexDistance *v, int place, int obstacle);
 /* [m] how far a vertex can go until that must be done again: on a flat face to its end, elsewhere a
  * small share of the contact distance; -1: not at all. Until then it is as far as from its plane. */
 double obstacle_frozen(const Contact *c, const Touch *touch);
