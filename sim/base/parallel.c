@@ -9,31 +9,28 @@
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/resource.h>
 #include <unistd.h>
 
 #include "sim/base/clock.h"
 #include "sim/base/error.h"
 
 #define SPINS 6000        /* of a worker before it sleeps: some 0.1 ms, the serial part of a step */
-#define CROWD_LOOPS 512   /* from one look for others to the next */
-#define CROWD_RATE 300.0  /* [1/s] times put off, from which on workers are in the way */
-#define CALM_RATE 25.0    /* ... below which they are tried again */
-#define MOST_PATIENCE 256 /* looks; some seconds */
-#define TOGETHER 16       /* looks after which patience begins anew */
+#define LOOK_LOOPS 512    /* from one look at the clock to the next, some 10 ms */
+#define LEAST_PATIENCE 8  /* looks until the other way is tried again */
+#define MOST_PATIENCE 256 /* ... when it was no better before; some seconds */
+#define BETTER 0.92       /* of the time of the way at hand */
 #define CHUNK_BITS 24     /* of the number of a chunk in Team.word */
 #define CHUNK_MASK (((uint64_t)1 << CHUNK_BITS) - 1)
 
-/* Are the processors wanted by others? Then loops are the caller's, and workers sleep. It is seen by how
- * often the threads of this process are put off. */
-typedef struct Crowd {
-    bool here;
-    int loops;           /* since the last look */
-    long put_off;        /* times, until that look */
-    double time;         /* [s] of it */
-    int alone, together; /* looks to wait before the workers are tried again; that they go well */
-    int patience;        /* looks to wait the next time */
-} Crowd;
+/* With the workers or alone: whichever is quicker, tried one after the other. Other programs may want the
+ * processors, or two of them may be one. */
+typedef struct Pace {
+    bool alone;
+    int loops, looks; /* since the last look; since the last trial */
+    int patience;     /* looks until the next: one the other way between two this way */
+    double start;     /* [s] of this look */
+    double took[2];   /* [s] the last look before the trial; the trial */
+} Pace;
 
 /* The loop at hand and who waits for the next. Chunks are claimed, not dealt: a worker that is late or
  * asleep is not waited for. */
@@ -47,11 +44,12 @@ typedef struct Team {
     ParallelBody *body;    /* of this loop, as what follows; fixed until all chunks are done */
     void *context;
     int count, grain;
-    Crowd crowd;
+    Pace pace;
 } Team;
 
-static Team team = {
-    .lock = PTHREAD_MUTEX_INITIALIZER, .wake = PTHREAD_COND_INITIALIZER, .crowd = {.patience = 1}};
+static Team team = {.lock = PTHREAD_MUTEX_INITIALIZER,
+                    .wake = PTHREAD_COND_INITIALIZER,
+                    .pace = {.patience = LEAST_PATIENCE}};
 static int threads = 1;
 static _Thread_local bool inside; /* a loop: one within it is the caller's own */
 
@@ -155,38 +153,33 @@ static void await_workers(int chunk_count) {
     }
 }
 
-static void look_around(Crowd *crowd) {
-    struct rusage usage;
-    getrusage(RUSAGE_SELF, &usage);
-    double now = clock_seconds();
-    double rate = (double)(usage.ru_nivcsw - crowd->put_off) / (now - crowd->time);
-    crowd->loops = 0;
-    crowd->put_off = usage.ru_nivcsw;
-    crowd->time = now;
-    if (!crowd->here) {
-        crowd->together++;
-        crowd->patience = crowd->together > TOGETHER ? 1 : crowd->patience;
-        if (rate > CROWD_RATE) {
-            crowd->here = true;
-            crowd->alone = crowd->patience;
-            crowd->patience = crowd->patience < MOST_PATIENCE ? 2 * crowd->patience : MOST_PATIENCE;
-        }
-    } else if (--crowd->alone <= 0 && rate < CALM_RATE) {
-        crowd->here = false;
-        crowd->together = 0;
+static void look_at_clock(Pace *pace) {
+    double now = clock_seconds(), took = now - pace->start;
+    int trial = ++pace->looks - pace->patience; /* looks of it that are over */
+    pace->start = now;
+    pace->loops = 0;
+    if (trial == 0 || trial == 1) {
+        pace->took[trial] = took;
+        pace->alone = !pace->alone;
+    } else if (trial == 2) {
+        bool better = pace->took[1] < BETTER * 0.5 * (pace->took[0] + took);
+        int longer = 2 * pace->patience < MOST_PATIENCE ? 2 * pace->patience : MOST_PATIENCE;
+        pace->alone = pace->alone != better;
+        pace->patience = better ? LEAST_PATIENCE : longer;
+        pace->looks = 0;
     }
 }
 
-static bool is_crowded(Crowd *crowd) {
-    if (++crowd->loops >= CROWD_LOOPS) {
-        look_around(crowd);
+static bool is_alone(Pace *pace) {
+    if (++pace->loops >= LOOK_LOOPS) {
+        look_at_clock(pace);
     }
-    return crowd->here;
+    return pace->alone;
 }
 
 void parallel_for(int count, int grain, ParallelBody *body, void *context) {
     int chunk_count = parallel_chunk_count(count, grain);
-    if (threads == 1 || chunk_count <= 1 || inside || is_crowded(&team.crowd)) {
+    if (threads == 1 || chunk_count <= 1 || inside || is_alone(&team.pace)) {
         for (int chunk = 0; chunk < chunk_count; chunk++) {
             run_chunk(body, chunk, count, grain, context);
         }

@@ -2,8 +2,8 @@
  *
  * A loop is cut into chunks of `grain` items, whatever the thread count; each chunk
  * writes only to places of its own; sums are taken over chunks in order afterwards.
- * Chunks are claimed: nobody waits for a thread that did not come. Where other programs want the
- * processors the caller does all of it. Thread-safety: one thread calls; a loop within a chunk is that
+ * Chunks are claimed: nobody waits for a thread that did not come. Now and then both ways are timed, and
+ * the caller does all of it while that is quicker, as where other programs want the processors. Thread-safety: one thread calls; a loop within a chunk is that
  * chunk's own.
  */
 #ifndef TOILE_BASE_PARALLEL_H
