@@ -261,8 +261,7 @@ static void test_heap(void **unused) {
     for (int threads = 1; threads <= 3; threads++) {
         Play play;
         long crossings = 0;
-        play_start(&play, folded);
-        parallel_set_threads(threads);
+        play_start_threads(&play, folded, threads);
         Sim *sim = &play.sim;
         double lost = 0.0, worst = 0.0, start = 0.0;
         for (int f = 0; f < 24; f++) {

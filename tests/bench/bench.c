@@ -13,8 +13,8 @@
 static FILE *results;
 
 static const BenchSuite *const suites[] = {
-    &bench_cantilever, &bench_swing,    &bench_sweep, &bench_implicit, &bench_sleeve,
-    &bench_contact,    &bench_impulses, &bench_skip,  &bench_auto,     NULL};
+    &bench_cantilever, &bench_swing,   &bench_sweep, &bench_implicit, &bench_sleeve, &bench_contact,
+    &bench_impulses,   &bench_threads, &bench_skip,  &bench_auto,     NULL};
 
 static void write_number(double value) {
     if (isfinite(value)) {

@@ -19,7 +19,7 @@ typedef struct BenchSuite {
 } BenchSuite;
 
 extern const BenchSuite bench_cantilever, bench_swing, bench_sweep, bench_implicit, bench_sleeve,
-    bench_contact, bench_impulses, bench_skip, bench_auto;
+    bench_contact, bench_impulses, bench_threads, bench_skip, bench_auto;
 
 void bench_write(BenchRow row); /* to the results file, and readable on stdout */
 double bench_cpu(void);         /* [s] process CPU time */

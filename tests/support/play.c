@@ -4,9 +4,12 @@
 
 #include "tests/support/check.h"
 
-void play_start(Play *play, const char *text) {
+void play_start(Play *play, const char *text) { play_start_threads(play, text, 1); }
+
+void play_start_threads(Play *play, const char *text, int threads) {
     Error error = {0};
     SimOptions options = sim_options_default();
+    options.threads = threads;
     memset(play, 0, sizeof *play);
     if (!scene_parse("play", text, strlen(text), NULL, &play->arena, &play->scene, &error) ||
         !sim_create(&play->sim, &play->scene, &options, &error)) {

@@ -13,6 +13,7 @@ typedef struct Play {
 
 /* Fails the test when the text is no scene. */
 void play_start(Play *play, const char *text);
+void play_start_threads(Play *play, const char *text, int threads);
 /* To the first frame at or after `time` [s]. */
 void play_to(Play *play, double time);
 /* Crossing pairs now: cloth with itself, other cloth and every obstacle. */
