@@ -14,12 +14,12 @@
 #include "sim/base/clock.h"
 #include "sim/base/error.h"
 
-#define SPINS 6000        /* of a worker before it sleeps: some 0.1 ms, the serial part of a step */
-#define LOOK_LOOPS 512    /* from one look at the clock to the next, some 10 ms */
-#define LEAST_PATIENCE 8  /* looks until the other way is tried again */
-#define MOST_PATIENCE 256 /* ... when it was no better before; some seconds */
-#define BETTER 0.92       /* of the time of the way at hand */
-#define CHUNK_BITS 24     /* of the number of a chunk in Team.word */
+#define SPINS 6000       /* of a worker before it sleeps: some 0.1 ms, the serial part of a step */
+#define LOOK_LOOPS 512   /* from one look at the clock to the next, some 10 ms */
+#define LEAST_PATIENCE 8 /* looks until the other way is tried again */
+#define MOST_PATIENCE 64 /* ... when it was no better before; a second */
+#define BETTER 0.92      /* of the time of the way at hand */
+#define CHUNK_BITS 24    /* of the number of a chunk in Team.word */
 #define CHUNK_MASK (((uint64_t)1 << CHUNK_BITS) - 1)
 
 /* With the workers or alone: whichever is quicker, tried one after the other. Other programs may want the
@@ -56,6 +56,7 @@ static _Thread_local bool inside; /* a loop: one within it is the caller's own *
 void parallel_set_threads(int thread_count) {
     ASSERT(thread_count >= 1);
     threads = thread_count;
+    team.pace = (Pace){.patience = LEAST_PATIENCE};
 }
 
 int parallel_threads(void) { return threads; }

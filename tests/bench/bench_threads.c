@@ -49,8 +49,8 @@ static void run_size(int nodes) {
     }
     assert_true(best[0].hash == best[1].hash);
     for (int k = 0; k < 2; k++) {
-        bench_write((BenchRow){"threads", k == 0 ? "one" : "two", "central", "wall_per_second", nodes,
-                               NAN, best[k].wall / SECONDS, NAN, NAN, best[k].cpu,
+        bench_write((BenchRow){"threads", k == 0 ? "one" : "two", "central", "wall_per_second",
+                               nodes, NAN, best[k].wall / SECONDS, NAN, NAN, best[k].cpu,
                                "cube 0.5 m; Eh 1000; best of three", NULL});
     }
     bench_write((BenchRow){"threads", "one / two", "central", "speedup", nodes, NAN,
