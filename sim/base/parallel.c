@@ -128,6 +128,9 @@ static void *work(void *unused) {
 
 /* signals are the caller's */
 static void hire(void) {
+    if (team.workers >= threads - 1) {
+        return;
+    }
     sigset_t all, before;
     sigfillset(&all);
     pthread_sigmask(SIG_SETMASK, &all, &before);
@@ -186,6 +189,7 @@ void parallel_for(int count, int grain, ParallelBody *body, void *context) {
         }
         return;
     }
+    ASSERT((uint64_t)chunk_count <= CHUNK_MASK);
     hire();
     team.body = body, team.context = context, team.count = count, team.grain = grain;
     atomic_store(&team.done, 0);
@@ -200,6 +204,15 @@ void parallel_for(int count, int grain, ParallelBody *body, void *context) {
     run_claimed(true);
     inside = false;
     await_workers(chunk_count);
+}
+
+int parallel_close_up(int *list, const int *found, int count, int grain) {
+    int sum = 0;
+    for (int k = 0; k < parallel_chunk_count(count, grain); k++) {
+        memmove(list + sum, list + (size_t)k * (size_t)grain, (size_t)found[k] * sizeof *list);
+        sum += found[k];
+    }
+    return sum;
 }
 
 int parallel_hold(void) {

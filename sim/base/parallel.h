@@ -21,6 +21,10 @@ void parallel_for(int count, int grain, ParallelBody *body, void *context);
 
 static inline int parallel_chunk_count(int count, int grain) { return (count + grain - 1) / grain; }
 
+/* For chunks that each left found[chunk] numbers in the list from their first item on: closes the gaps.
+ * Returns how many numbers there are. */
+int parallel_close_up(int *list, const int *found, int count, int grain);
+
 /* Fixes the environment that OpenMP and OpenBLAS read when they are loaded: BLAS on one
  * thread, waiting threads sleep (a spinning thread makes a busy machine 20 times slower).
  * Starts the program again, once, when something had to be changed. */

@@ -258,23 +258,12 @@ static void near_chunk(int chunk, int first, int end, void *context) {
     c->touch_counts[chunk] = count;
 }
 
-/* closes the gaps between what chunks left in a list */
-static int close_up(const Contact *c, int *list, int room) {
-    int count = 0;
-    for (int k = 0; k < parallel_chunk_count(room, LOOK_GRAIN); k++) {
-        size_t bytes = (size_t)c->touch_counts[k] * sizeof *list;
-        memmove(list + count, list + (size_t)k * LOOK_GRAIN, bytes);
-        count += c->touch_counts[k];
-    }
-    return count;
-}
-
 void obstacle_look(Contact *c) {
     LookJob job = {c, contact_positions(c)};
     parallel_for(c->touch_count, LOOK_GRAIN, choose_chunk, &job);
-    int looked = close_up(c, c->looked, c->touch_count);
+    int looked = parallel_close_up(c->looked, c->touch_counts, c->touch_count, LOOK_GRAIN);
     parallel_for(looked, LOOK_GRAIN, near_chunk, &job);
-    c->due_touch_count = close_up(c, c->due_touches, looked);
+    c->due_touch_count = parallel_close_up(c->due_touches, c->touch_counts, looked, LOOK_GRAIN);
     c->statistics.evaluations += c->due_touch_count;
     c->statistics.pairs += c->touch_count;
 }

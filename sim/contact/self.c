@@ -171,14 +171,9 @@ static void due_chunk(int chunk, int first, int end, void *context) {
 
 /* group pairs with pairs to be looked at, into c->due_owners; returns their number */
 static int find_due_owners(Contact *c) {
-    int all = c->lists.group_pair_count, count = 0;
+    int all = c->lists.group_pair_count;
     parallel_for(all, OWNER_GRAIN, due_chunk, c);
-    for (int k = 0; k < parallel_chunk_count(all, OWNER_GRAIN); k++) {
-        const int *from = c->due_owners + (size_t)k * OWNER_GRAIN;
-        memmove(c->due_owners + count, from, (size_t)c->wanted_counts[k] * sizeof *from);
-        count += c->wanted_counts[k];
-    }
-    return count;
+    return parallel_close_up(c->due_owners, c->wanted_counts, all, OWNER_GRAIN);
 }
 
 /* all due pairs */

@@ -7,7 +7,7 @@
 
 #include "sim/geom/box_tree.h"
 
-#define MOST_ROUNDS 400
+#define MOST_ROUNDS 100 /* what parts at all takes some ten */
 
 /* An edge of a triangle; face[1] is -1 at a rim. */
 typedef struct Edge {
@@ -34,10 +34,10 @@ typedef struct Tangle {
     bool *pierces; /* (edge_count) */
     int *rim;      /* (vertex_count) edges to the nearest rim */
     int *sheet;    /* (vertex_count) a vertex that stands for all it is joined to */
-    int *
-        piece; /* (vertex_count) a vertex of the same piece, nearer to the one that stands for it */
-    int *size; /* (vertex_count) of the piece that this vertex stands for */
-    Vec3 *back; /* [m] (vertex_count) longest way to the other side */
+    int *piece;    /* (vertex_count) towards the vertex that stands for the piece */
+    int *size;     /* (vertex_count) of the piece that this vertex stands for */
+    long *lean;    /* (vertex_count) of the sheet that this vertex stands for: see weigh_sheets */
+    Vec3 *back;    /* [m] (vertex_count) longest way to the other side */
 } Tangle;
 
 static Vec3 place(const Tangle *t, int vertex) { return vec3_load(t->x + 3 * (size_t)vertex); }
@@ -63,16 +63,16 @@ static int compare_halves(const void *a, const void *b) {
     return p->triangle < q->triangle ? -1 : p->triangle > q->triangle;
 }
 
-static void find_edges(Tangle *t, Arena *arena) {
+static void find_edges(Tangle *t) {
     int count = 3 * t->mesh->triangle_count;
-    HalfEdge *halves = arena_push(arena, HalfEdge, count);
+    HalfEdge *halves = arena_push(t->arena, HalfEdge, count);
     for (int k = 0; k < count; k++) {
         int a = t->mesh->triangles[k], b = t->mesh->triangles[k - k % 3 + (k + 1) % 3];
         halves[k] = (HalfEdge){a < b ? a : b, a < b ? b : a, k / 3, k % 3};
     }
     qsort(halves, (size_t)count, sizeof *halves, compare_halves);
-    t->edges = arena_push(arena, Edge, count);
-    t->edge_of = arena_push(arena, int, count);
+    t->edges = arena_push(t->arena, Edge, count);
+    t->edge_of = arena_push(t->arena, int, count);
     for (int k = 0; k < count; k++) {
         const HalfEdge *half = &halves[k];
         Edge *last = t->edge_count > 0 ? &t->edges[t->edge_count - 1] : NULL;
@@ -149,8 +149,7 @@ static void bring_back(Tangle *t, const Edge *edge, int triangle, int lost) {
     *back = vec3_dot(way, way) > vec3_dot(*back, *back) ? way : *back;
 }
 
-/* where lines do not part a sheet, the sheet whose rim is nearer comes back: of an edge and a triangle, how
- * much farther in the triangle is */
+/* of an edge and a triangle, how much farther from a rim the triangle is */
 static int lead(const Tangle *t, const Pierced *pierced) {
     const int *end = t->edges[pierced->edge].end;
     const int32_t *c = corners(t, pierced->triangle);
@@ -161,19 +160,29 @@ static int lead(const Tangle *t, const Pierced *pierced) {
     return other - own;
 }
 
-/* ... decided once for two sheets, by all their crossings */
-static long vote(const Tangle *t, int sheet, int other) {
-    long sum = 0;
+static int sheet_of_edge(const Tangle *t, const Pierced *pierced) {
+    return t->sheet[t->edges[pierced->edge].end[0]];
+}
+
+static int sheet_of_triangle(const Tangle *t, const Pierced *pierced) {
+    return t->sheet[corners(t, pierced->triangle)[0]];
+}
+
+/* Where lines do not part a sheet, the sheet comes back whose rim is nearer over all its crossings. */
+static void weigh_sheets(Tangle *t) {
+    memset(t->lean, 0, (size_t)t->mesh->vertex_count * sizeof *t->lean);
     for (int k = 0; k < t->found_count; k++) {
-        int of_edge = t->sheet[t->edges[t->found[k].edge].end[0]];
-        int of_triangle = t->sheet[corners(t, t->found[k].triangle)[0]];
-        if (of_edge == sheet && of_triangle == other) {
-            sum += lead(t, &t->found[k]);
-        } else if (of_edge == other && of_triangle == sheet) {
-            sum -= lead(t, &t->found[k]);
-        }
+        t->lean[sheet_of_edge(t, &t->found[k])] += lead(t, &t->found[k]);
+        t->lean[sheet_of_triangle(t, &t->found[k])] -= lead(t, &t->found[k]);
     }
-    return sum != 0 ? sum : other - sheet;
+}
+
+static bool comes_back(const Tangle *t, const Pierced *pierced) {
+    int own = sheet_of_edge(t, pierced), other = sheet_of_triangle(t, pierced);
+    if (own == other) {
+        return lead(t, pierced) >= 0;
+    }
+    return t->lean[own] != t->lean[other] ? t->lean[own] > t->lean[other] : own < other;
 }
 
 static void resolve(Tangle *t, const Pierced *pierced) {
@@ -186,8 +195,7 @@ static void resolve(Tangle *t, const Pierced *pierced) {
         } /* else an edge of that piece pierces something here */
         return;
     }
-    int sheet = t->sheet[edge->end[0]], other = t->sheet[corners(t, pierced->triangle)[0]];
-    if (sheet == other ? lead(t, pierced) >= 0 : vote(t, sheet, other) >= 0) {
+    if (comes_back(t, pierced)) {
         bring_back(t, edge, pierced->triangle, t->rim[edge->end[1]] < t->rim[edge->end[0]] ? 1 : 0);
     }
 }
@@ -269,13 +277,14 @@ static void find_sheets(Tangle *t) {
 
 static void start(Tangle *t) {
     int triangles = t->mesh->triangle_count, vertices = t->mesh->vertex_count;
-    find_edges(t, t->arena);
+    find_edges(t);
     t->boxes = arena_push(t->arena, Box, triangles);
     t->pierces = arena_push(t->arena, bool, t->edge_count);
     t->piece = arena_push(t->arena, int, vertices);
     t->rim = arena_push(t->arena, int, vertices);
     t->sheet = arena_push(t->arena, int, vertices);
     t->size = arena_push(t->arena, int, vertices);
+    t->lean = arena_push(t->arena, long, vertices);
     t->back = arena_push(t->arena, Vec3, vertices);
     box_triangles(t);
     Vec3 *centres = arena_push(t->arena, Vec3, triangles);
@@ -299,6 +308,7 @@ static void move(Tangle *t, const unsigned char *held) {
     size_t bytes = (size_t)t->mesh->vertex_count * sizeof(Vec3);
     memset(t->back, 0, bytes);
     find_pieces(t);
+    weigh_sheets(t);
     for (int k = 0; k < t->found_count; k++) {
         resolve(t, &t->found[k]);
     }
@@ -309,31 +319,30 @@ static void move(Tangle *t, const unsigned char *held) {
     }
 }
 
+/* how many are elsewhere now, and how far */
 static void measure(const Tangle *t, const double *before, Untangled *result) {
+    result->moved = 0;
     for (int v = 0; v < t->mesh->vertex_count; v++) {
         double way = vec3_length(vec3_sub(place(t, v), vec3_load(before + 3 * (size_t)v)));
         result->moved += way > 0.0;
-        if (way > result->way) {
-            result->way = way;
-            result->farthest = v;
-        }
+        result->way = fmax(result->way, way);
     }
 }
 
 Untangled untangle(const CrossingMesh *mesh, const unsigned char *held, double gap, double most,
                    double *x, Arena *scratch) {
-    Untangled result = {.farthest = -1};
+    Untangled result = {0};
     ArenaMark mark = arena_mark(scratch);
     Tangle t = {.mesh = mesh, .arena = scratch, .x = x, .gap = gap};
     size_t bytes = 3 * (size_t)mesh->vertex_count * sizeof *x;
     double *before = arena_push(scratch, double, 3 * mesh->vertex_count);
     memcpy(before, x, bytes);
     start(&t);
-    while (find_crossings(&t) > 0 && result.rounds < MOST_ROUNDS) {
+    for (int round = 0; round < MOST_ROUNDS && result.way <= most && find_crossings(&t) > 0;
+         round++) {
         move(&t, held);
-        result.rounds++;
+        measure(&t, before, &result);
     }
-    measure(&t, before, &result);
     result.done = result.way <= most && crossing_count_self(mesh, scratch).count == 0;
     if (!result.done) {
         memcpy(x, before, bytes);

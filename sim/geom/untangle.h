@@ -11,10 +11,9 @@
 #include "sim/geom/crossing.h"
 
 typedef struct Untangled {
-    bool done;           /* nothing crosses now */
-    int moved, farthest; /* vertices; the one that moved most, -1: none */
-    double way;          /* [m] of that one */
-    int rounds;
+    bool done;  /* nothing crosses now */
+    int moved;  /* vertices */
+    double way; /* [m] of the one that moved most, at any time */
 } Untangled;
 
 /* Moves the vertices x [m] (vertex_count x 3), which are also those of the mesh, until they are some `gap`
