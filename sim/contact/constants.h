@@ -37,6 +37,7 @@
 #define CONTACT_MIDDLE_FLOOR 0.01 /* of dhat, on either side of the plane between two cloths */
 #define CONTACT_YIELD_SHARE 0.95  /* of the room left that an obstacle may use */
 #define CONTACT_CATCH_UP 1.25     /* of dt: fastest clock of an obstacle that fell behind */
+#define CONTACT_LEAP_AFTER 2.0    /* steps: so late, it may skip what lies between */
 
 #define CONTACT_NEAR_STEPS 2.0       /* steps of relative motion within which pairs are evaluated */
 #define CONTACT_LEAST_NEAR_STEPS 1.2 /* a list with less room is made again; 1 is the bound */

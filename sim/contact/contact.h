@@ -102,6 +102,11 @@ Contact *contact_create(const ContactDef *def, Arena *arena);
 /* The pose of an obstacle whose programme stands at `clock` [s]. */
 Pose contact_pose(const ContactObstacle *obstacle, double clock);
 
+/* [s] where the clock of an obstacle wants to be after a step of dt that ends at time_end: there, or as
+ * far behind as it must be when it was stopped. */
+double contact_next_clock(const ContactObstacle *obstacle, double clock, double time_end,
+                          double dt);
+
 /* [s] the longest explicit step that the stiffness between cloths bears, or INFINITY. */
 double contact_longest_step(const ContactDef *def, const ContactMemory *memory);
 

@@ -11,14 +11,45 @@ void obstacle_place(Contact *c, int obstacle) {
                  quat_rotate(pose.turn, vec3(0, 0, 1))}};
 }
 
-/* largest motion of any point of an obstacle, per second */
-static double fastest_point(const ContactObstacle *obstacle, Pose a, Pose b, double dt) {
-    double bound = solid_bound(&obstacle->solid);
+/* [m] no point of an obstacle is farther from its origin */
+static double bound_of(const ContactObstacle *obstacle) {
+    double square = 0.0;
+    for (int a = 0; obstacle->mesh && a < 3; a++) {
+        double most = max2(fabs(obstacle->mesh->low[a]), fabs(obstacle->mesh->high[a]));
+        square += most * most;
+    }
+    return obstacle->mesh ? sqrt(square) : solid_bound(&obstacle->solid);
+}
+
+/* [m] largest motion of any point of a rigid obstacle */
+static double farthest_motion(const ContactObstacle *obstacle, Pose a, Pose b) {
+    double bound = bound_of(obstacle);
     Quat turn = quat_multiply(b.turn, quat_inverse(a.turn));
     double half = sqrt(turn.x * turn.x + turn.y * turn.y + turn.z * turn.z);
     double angle = 2.0 * asin(min2(1.0, half));
     double turned = isfinite(bound) ? bound * angle : 0.0;
-    return (vec3_length(vec3_sub(b.shift, a.shift)) + turned) / dt;
+    return vec3_length(vec3_sub(b.shift, a.shift)) + turned;
+}
+
+/* Where the programme comes back to the place at which an obstacle was stopped, it goes on from there:
+ * what waits in a pinch opens when the programme opens. */
+static bool may_leap(const ContactObstacle *obstacle, double clock, double time_end, double dt) {
+    bool animated = obstacle->mesh && obstacle->mesh->frame_count > 1;
+    if (animated || !(time_end - clock > CONTACT_LEAP_AFTER * dt)) {
+        return false;
+    }
+    Pose here = contact_pose(obstacle, clock), wished = contact_pose(obstacle, time_end);
+    Pose before = contact_pose(obstacle, time_end - dt);
+    return farthest_motion(obstacle, here, wished) <= farthest_motion(obstacle, before, wished);
+}
+
+double contact_next_clock(const ContactObstacle *obstacle, double clock, double time_end,
+                          double dt) {
+    double behind = time_end - clock, most = CONTACT_CATCH_UP * dt;
+    if (may_leap(obstacle, clock, time_end, dt)) {
+        return time_end;
+    }
+    return clock + max2(-most, min2(most, behind));
 }
 
 void obstacle_demand(Contact *c, double dt, double time_end) {
@@ -28,14 +59,12 @@ void obstacle_demand(Contact *c, double dt, double time_end) {
             c->clocks[o] = c->next_clocks[o] = time_end;
             continue;
         }
-        /* a clock that fell behind catches up, and may run backwards with its programme */
-        double behind = time_end - c->clocks[o], most = CONTACT_CATCH_UP * dt;
-        c->next_clocks[o] = c->clocks[o] + max2(-most, min2(most, behind));
+        c->next_clocks[o] = contact_next_clock(obstacle, c->clocks[o], time_end, dt);
         c->next[o] = contact_pose(obstacle, c->next_clocks[o]);
         if (obstacle->mesh) {
             mesh_demand(c, o, dt);
         } else {
-            c->obstacle_speed[o] = fastest_point(obstacle, c->poses[o], c->next[o], dt);
+            c->obstacle_speed[o] = farthest_motion(obstacle, c->poses[o], c->next[o]) / dt;
         }
     }
 }
@@ -94,6 +123,9 @@ void obstacle_move(Contact *c, double dt) {
             continue;
         }
         double phi = obstacle->mesh ? mesh_free_share(c, o, dt) : free_share(c, &x, o, dt);
+        if (phi < 1.0 && c->next_clocks[o] - c->clocks[o] > CONTACT_LEAP_AFTER * dt) {
+            phi = 0.0; /* what lies between the two times is elsewhere */
+        }
         c->clocks[o] += phi * (c->next_clocks[o] - c->clocks[o]);
         c->poses[o] = phi == 1.0 ? c->next[o] : contact_pose(obstacle, c->clocks[o]);
         obstacle_place(c, o);
