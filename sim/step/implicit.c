@@ -4,6 +4,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "sim/contact/constants.h"
+
+#define TURN_SAMPLES 8 /* of the turn of an obstacle in an output interval */
+
 struct Implicit {
     const System *system;
     BlockMatrix matrix;
@@ -303,4 +307,20 @@ double implicit_residual(Implicit *im, const unsigned char *held, const State *s
     }
     arena_rewind(&im->scratch, mark);
     return sqrt(sum);
+}
+
+double implicit_turns(const System *system, double from, double to) {
+    double most = 0.0;
+    for (int o = 0; o < system->contact.obstacle_count; o++) {
+        const ContactObstacle *obstacle = &system->contact.obstacles[o];
+        double sum = 0.0;
+        for (int k = 0; obstacle->moves && k < TURN_SAMPLES; k++) {
+            double step = (to - from) / TURN_SAMPLES, at = from + k * step;
+            Quat a = contact_pose(obstacle, at).turn, b = contact_pose(obstacle, at + step).turn;
+            double c = fabs(a.w * b.w + a.x * b.x + a.y * b.y + a.z * b.z);
+            sum += 2.0 * acos(fmin(c, 1.0));
+        }
+        most = fmax(most, sum);
+    }
+    return most / CONTACT_MOST_TURN;
 }

@@ -32,6 +32,8 @@ void implicit_destroy(Implicit *implicit);
 void implicit_begin(Implicit *implicit, const unsigned char *held, const State *start);
 /* The next implicit_clamp moves the obstacles too, see barrier_drive. */
 void implicit_drive(Implicit *implicit, double time_end, double dt);
+/* How many motions obstacles need at least to get from their places of one time to those of another. */
+double implicit_turns(const System *system, double from, double to);
 /* [J] done by obstacles on the cloth since the start of the step, at the contacts found last. */
 double implicit_obstacle_work(const Implicit *implicit);
 /* Makes a motion from x legal; returns the smallest share of it that was left. Marks the places

@@ -3,7 +3,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "sim/contact/constants.h"
 #include "sim/step/explicit.h"
 #include "sim/step/implicit.h"
 #include "sim/step/stepper.h"
@@ -32,7 +31,6 @@
 #define CONTACT_UNSETTLED 1       /* halvings; more do not help where contacts come and go */
 #define CONTACT_HALVINGS 4        /* then a step that gains energy is taken: it is legal */
 #define GOOD_STEPS 4              /* after which a step that was halved is doubled */
-#define TURN_SAMPLES 8            /* of the turn of an obstacle in an output interval */
 /* of weight x size: energy that rounding may add to cloth at rest */
 #define ENERGY_FLOOR 1e-9
 
@@ -295,30 +293,13 @@ static bool step(ImplicitTime *t, const System *system, State *state, double dt,
     return false;
 }
 
-/* [rad] largest turn of an obstacle from one time to another */
-static double fastest_turn(const System *system, double from, double to) {
-    double most = 0.0;
-    for (int o = 0; o < system->contact.obstacle_count; o++) {
-        const ContactObstacle *obstacle = &system->contact.obstacles[o];
-        double sum = 0.0;
-        for (int k = 0; obstacle->moves && k < TURN_SAMPLES; k++) {
-            double step = (to - from) / TURN_SAMPLES, at = from + k * step;
-            Quat a = contact_pose(obstacle, at).turn, b = contact_pose(obstacle, at + step).turn;
-            double c = fabs(a.w * b.w + a.x * b.x + a.y * b.y + a.z * b.z);
-            sum += 2.0 * acos(fmin(c, 1.0));
-        }
-        most = fmax(most, sum);
-    }
-    return most;
-}
-
 static bool advance(const System *system, void *data, State *state, double time_end,
                     Statistics *statistics, Error *error) {
     ImplicitTime *t = data;
     double wished = system->scene->solver.step > 0.0 ? system->scene->solver.step : USUAL_STEP;
     double interval = time_end - state->time;
-    double turns = fastest_turn(system, state->time, time_end) / CONTACT_MOST_TURN;
-    int steps = (int)fmax(1.0, ceil(fmax(interval / wished, turns) - 1e-9));
+    double steps_wished = fmax(interval / wished, implicit_turns(system, state->time, time_end));
+    int steps = (int)fmax(1.0, ceil(steps_wished - 1e-9));
     int halvings = 0, good_steps = 0;
     double dt = interval / steps;
     system_load_history(system, state);

@@ -142,7 +142,7 @@ static bool approach_once(Static *s, const System *system, double time_end) {
 }
 
 /* handles and obstacles to their places of time_end; what is in their way yields */
-static bool approach(Static *s, const System *system, double time_end, Statistics *statistics) {
+static bool approach_to(Static *s, const System *system, double time_end, Statistics *statistics) {
     if (!implicit_has_contact(s->implicit)) {
         system_place_held(system, time_end, s->trial.x);
         return true;
@@ -171,6 +171,18 @@ static bool approach(Static *s, const System *system, double time_end, Statistic
     return false;
 }
 
+/* ... in as many motions as the turns of the obstacles need */
+static bool approach(Static *s, const System *system, double from, double time_end,
+                     Statistics *statistics) {
+    int pieces = (int)fmax(1.0, ceil(implicit_turns(system, from, time_end)));
+    bool arrived = true;
+    for (int k = 1; k <= pieces && arrived; k++) {
+        double time = k < pieces ? from + k * (time_end - from) / pieces : time_end;
+        arrived = approach_to(s, system, time, statistics);
+    }
+    return arrived;
+}
+
 static bool advance(const System *system, void *data, State *state, double time_end,
                     Statistics *statistics, Error *error) {
     Static *s = data;
@@ -178,7 +190,7 @@ static bool advance(const System *system, void *data, State *state, double time_
     s->trial.time = time_end;
     system_mark_held(system, time_end, s->held);
     memset(s->trial.v, 0, 3 * (size_t)system->place_count * sizeof(double));
-    if (!approach(s, system, time_end, statistics) && !step_interrupted) {
+    if (!approach(s, system, state->time, time_end, statistics) && !step_interrupted) {
         return error_set(error, EXIT_DIFFERS,
                          "static: cloth in contact keeps handles or obstacles from where they "
                          "belong at t = %g s",
