@@ -15,15 +15,6 @@ static uint64_t run_hash(const Scene *scene, const SimOptions *options) {
     return hash_bytes(key, sizeof key);
 }
 
-static bool has_moving_mesh(const System *system) {
-    for (int o = 0; o < system->contact.obstacle_count; o++) {
-        if (system->contact.obstacles[o].mesh && system->contact.obstacles[o].moves) {
-            return true;
-        }
-    }
-    return false;
-}
-
 /* of a simulation whose stepper has no data yet */
 static bool give_up(Sim *sim) {
     sim->stepper = NULL;
@@ -63,12 +54,6 @@ bool sim_create(Sim *sim, const Scene *scene, const SimOptions *options, Error *
         error_set(error, EXIT_BAD_INPUT,
                   "%s: 'air: normal_drag' needs the stepper central; %s was chosen, since %s",
                   scene->path, sim->stepper->name, sim->stepper_why);
-        return give_up(sim);
-    }
-    if (sim->stepper->implicit && has_moving_mesh(&sim->system)) {
-        error_set(error, EXIT_BAD_INPUT,
-                  "%s: a mesh moves, which needs the stepper central, not %s", scene->path,
-                  sim->stepper->name);
         return give_up(sim);
     }
     if (!sim->stepper->create(&sim->system, &sim->stepper_data, error)) {

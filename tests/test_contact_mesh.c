@@ -184,14 +184,6 @@ static void test_refused(void **unused) {
     assert_true(scene_parse("play", inside, strlen(inside), NULL, &arena, &scene, &error));
     assert_false(sim_create(&sim, &scene, &options, &error));
     assert_non_null(strstr(error.text, "crosses obstacle 'body' at the start"));
-    const char *implicit = SHEET
-        "solver: {stepper: bdf2}\nobstacles:\n  body: {mesh: {file: " MESHES
-        "icosphere.obj, scale: 10 cm}, at: [0, 0, -20 cm], motion: [{move: {by: [0, 0, 1 cm], "
-        "from: 0 s, to: 1 s}}]}\n";
-    error = (Error){0};
-    assert_true(scene_parse("play", implicit, strlen(implicit), NULL, &arena, &scene, &error));
-    assert_false(sim_create(&sim, &scene, &options, &error));
-    assert_non_null(strstr(error.text, "needs the stepper central"));
     arena_free(&arena);
 }
 

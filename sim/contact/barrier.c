@@ -29,15 +29,13 @@ static void load_cloth(const Barrier *b, const double *from, double *to) {
     memcpy(to, from, 3 * (size_t)b->def->vertex_count * sizeof *to);
 }
 
-static void place_meshes(Barrier *b, const ContactMemory *memory) {
+/* a mesh goes where its obstacle is */
+static void place_mesh(Barrier *b, int obstacle) {
     const Places *places = &b->clamp.near.places;
-    for (int o = 0; o < b->def->obstacle_count; o++) {
-        size_t first = 3 * (size_t)places->mesh_first[o];
-        size_t end = 3 * (size_t)places->mesh_first[o + 1];
-        if (end > first) {
-            places_pose(&b->def->obstacles[o], memory->poses[o], memory->clocks[o], b->x + first);
-            memcpy(b->start + first, b->x + first, (end - first) * sizeof *b->x);
-        }
+    int first = places->mesh_first[obstacle];
+    if (places->mesh_first[obstacle + 1] > first) {
+        places_pose(&b->def->obstacles[obstacle], b->poses[obstacle], b->clocks[obstacle],
+                    b->x + 3 * (size_t)first);
     }
 }
 
@@ -46,10 +44,14 @@ void barrier_begin(Barrier *b, const ContactMemory *memory, const double *x,
     b->memory = memory;
     load_cloth(b, x, b->start);
     memcpy(b->held, held, (size_t)b->def->vertex_count);
-    place_meshes(b, memory);
-    size_t obstacles = (size_t)b->def->obstacle_count;
+    size_t obstacles = (size_t)b->def->obstacle_count, cloth = 3 * (size_t)b->def->vertex_count;
     memcpy(b->poses, memory->poses, obstacles * sizeof *b->poses);
     memcpy(b->clocks, memory->clocks, obstacles * sizeof *b->clocks);
+    for (int o = 0; o < b->def->obstacle_count; o++) {
+        place_mesh(b, o);
+    }
+    memcpy(b->start + cloth, b->x + cloth,
+           (3 * (size_t)b->clamp.near.places.count - cloth) * sizeof *b->x);
     b->driven = false;
     meetings_clear(&b->now);
     candidates_forget(&b->clamp.near);
@@ -78,7 +80,7 @@ static Vec3 friction_of(const Meeting *m) {
 void barrier_drive(Barrier *b, double time_end, double dt) {
     for (int o = 0; o < b->def->obstacle_count; o++) {
         const ContactObstacle *obstacle = &b->def->obstacles[o];
-        double ahead = fmin(time_end - b->clocks[o], CONTACT_CATCH_UP * dt);
+        double ahead = contact_next_clock(obstacle, b->clocks[o], time_end, dt) - b->clocks[o];
         b->advance[o] = obstacle->moves ? fmax(0.0, ahead) : 0.0;
         b->next[o] = b->advance[o] > 0.0 ? contact_pose(obstacle, b->clocks[o] + b->advance[o])
                                          : b->poses[o];
@@ -254,6 +256,9 @@ ClampReport barrier_clamp(Barrier *b, const double *x, double *dx, const unsigne
     for (int o = 0; b->driven && o < b->def->obstacle_count; o++) {
         b->poses[o] = b->next[o];
         b->clocks[o] += b->advance[o];
+        if (b->advance[o] > 0.0) {
+            place_mesh(b, o);
+        }
     }
     b->driven = false;
     if (changed) {
@@ -285,11 +290,10 @@ void barrier_end(const Barrier *b, ContactMemory *memory) {
     }
 }
 
-static CrossingMesh mesh_at_start(const Barrier *b, int obstacle) {
+static CrossingMesh mesh_now(const Barrier *b, int obstacle) {
     const MeshDef *mesh = b->def->obstacles[obstacle].mesh;
     size_t first = 3 * (size_t)b->clamp.near.places.mesh_first[obstacle];
-    return (CrossingMesh){mesh->vertex_count, mesh->triangle_count, b->start + first,
-                          mesh->triangles};
+    return (CrossingMesh){mesh->vertex_count, mesh->triangle_count, b->x + first, mesh->triangles};
 }
 
 int barrier_count_crossings(const Barrier *b, const double *x) {
@@ -302,7 +306,7 @@ int barrier_count_crossings(const Barrier *b, const double *x) {
     int64_t count = b->def->self ? crossing_count_self(&cloth, &scratch).count : 0;
     for (int o = 0; o < b->def->obstacle_count; o++) {
         if (b->def->obstacles[o].mesh) {
-            CrossingMesh mesh = mesh_at_start(b, o);
+            CrossingMesh mesh = mesh_now(b, o);
             count += crossing_count_between(&cloth, &mesh, &scratch).count;
         } else {
             count += crossing_count_solid(&cloth, &b->def->obstacles[o].solid, b->poses[o]).count;

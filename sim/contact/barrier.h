@@ -43,7 +43,7 @@ void barrier_begin(Barrier *barrier, const ContactMemory *memory, const double *
                    const unsigned char *held);
 
 /* The next clamp moves the obstacles too, towards where they want to be at time_end [s], and at
- * most by CONTACT_CATCH_UP dt; where cloth cannot yield they wait. */
+ * most as far as contact_next_clock; where cloth cannot yield they wait. */
 void barrier_drive(Barrier *barrier, double time_end, double dt);
 /* [J] that moving obstacles did on the cloth in this step, by the forces of now. */
 double barrier_work(const Barrier *barrier);

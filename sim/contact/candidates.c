@@ -260,7 +260,7 @@ static bool serves(const Candidates *c, const Pose *poses, const Pose *to, const
             return false;
         }
     }
-    for (int i = 0; i < c->def->vertex_count; i++) {
+    for (int i = 0; i < c->places.count; i++) {
         if (!box_holds(&c->boxes[i], end_of(x, NULL, i)) ||
             !box_holds(&c->boxes[i], end_of(x, dx, i))) {
             return false;

@@ -29,6 +29,33 @@ double clamp_target(double dhat, double d0) {
 
 static int corner_count(const Candidate *item) { return item->obstacle < 0 ? 4 : 3; }
 
+/* the obstacle that takes part in a pair, or -1 */
+static int obstacle_of(const Clamp *c, const Candidate *item) {
+    int place = item->place[0] > item->place[3] ? item->place[0] : item->place[3];
+    bool solid = item->obstacle >= 0, mesh = !solid && place >= c->near.def->vertex_count;
+    return mesh ? places_obstacle(&c->near.places, place) : item->obstacle;
+}
+
+/* dx of the vertices of a mesh: straight to where a share of its motion leads */
+static void aim_mesh(const Clamp *c, const ClampObstacles *o, int obstacle, double share,
+                     const double *x, double *dx) {
+    size_t first = 3 * (size_t)c->near.places.mesh_first[obstacle];
+    size_t end = 3 * (size_t)c->near.places.mesh_first[obstacle + 1];
+    double ahead = o->advance ? share * o->advance[obstacle] : 0.0;
+    if (end == first) {
+        return;
+    }
+    if (ahead <= 0.0) {
+        memset(dx + first, 0, (end - first) * sizeof *dx);
+        return;
+    }
+    places_pose(&c->near.def->obstacles[obstacle], o->to[obstacle], o->clocks[obstacle] + ahead,
+                dx + first);
+    for (size_t k = first; k < end; k++) {
+        dx[k] -= x[k];
+    }
+}
+
 /* the corners and, with `share`, their shortened motions; in the frame of the solid */
 static void load(const Candidate *item, const ClampObstacles *o, const double *x, const double *dx,
                  const double *share, Vec3 y[4], Vec3 p[4]) {
@@ -91,7 +118,7 @@ static void find(Clamp *c, const ClampObstacles *o, const double *x, const doubl
             most[k >= first] = fmax(most[k >= first], motion[k]);
         }
         item.target = clamp_target(item.dhat, d0);
-        if (o->advance && item.obstacle >= 0 && d0 < CONTACT_CORE * item.dhat) {
+        if (o->advance && obstacle_of(c, &item) >= 0 && d0 < CONTACT_CORE * item.dhat) {
             item.target = CONTACT_PINCHED * d0;
         }
         if (d0 > 0.0 && d0 - item.target <= most[0] + most[1]) {
@@ -114,6 +141,23 @@ static double ccd(const Clamp *c, const Candidate *item, const ClampObstacles *o
 
 /* ---- stage 1 ---- */
 
+/* motion along n of the nearest point of one side of a pair, where the search stopped */
+static double foot_motion(const Candidate *item, const Vec3 y[4], const Vec3 p[4], double t,
+                          int begin, int end, const double along[4]) {
+    Vec3 stopped[4];
+    for (int k = 0; k < 4; k++) {
+        stopped[k] = vec3_axpy(y[k], t, p[k]);
+    }
+    Points points = {&stopped[0].x};
+    Pair pair = {.kind = item->kind, .place = {0, 1, 2, 3}};
+    double sum = 0.0;
+    pair_evaluate(&points, &pair);
+    for (int k = begin; k < end; k++) {
+        sum += fabs(pair.weight[k]) * along[k];
+    }
+    return sum;
+}
+
 /* takes the approach along n out of the motion of a blocked pair; true when something changed */
 static bool project(Clamp *c, const Candidate *item, const ClampObstacles *o,
                     const unsigned char *held, const double *x, double *dx, double t, Vec3 n,
@@ -134,6 +178,10 @@ static bool project(Clamp *c, const Candidate *item, const ClampObstacles *o,
     double common = 0.5 * (mean[0] + mean[1]);
     common = fixed[0] ? mean[0] : fixed[1] ? mean[1] : common;
     common = item->obstacle >= 0 ? 0.0 : common;
+    if (item->obstacle < 0 && o->advance && obstacle_of(c, item) >= 0) { /* the mesh may turn */
+        bool mesh_first = item->place[0] >= c->near.def->vertex_count;
+        common = foot_motion(item, y, p, t, mesh_first ? 0 : first, mesh_first ? first : 4, along);
+    }
     for (int k = 0; k < count; k++) {
         double wrong = along[k] - common;
         int place = item->place[k];
@@ -156,7 +204,8 @@ static bool is_fresh(const Clamp *c, const Candidate *item, int round) {
             return true;
         }
     }
-    return item->obstacle >= 0 && c->obstacle_stamp[item->obstacle] >= round - 1;
+    int obstacle = obstacle_of(c, item);
+    return obstacle >= 0 && c->obstacle_stamp[obstacle] >= round - 1;
 }
 
 /* true when some pair was blocked */
@@ -202,30 +251,38 @@ static bool shorten(Clamp *c, const Candidate *item, const ClampObstacles *o, co
     t = round > CONTACT_STOP_AFTER ? 0.0 : round > CONTACT_HALVE_AFTER ? 0.5 * t : t;
     for (int k = 0; k < corner_count(item); k++) {
         int place = item->place[k];
-        c->next[place] = fmin(c->next[place], t * c->share[place]);
+        if (place < c->near.def->vertex_count) {
+            c->next[place] = fmin(c->next[place], t * c->share[place]);
+        }
     }
-    if (item->obstacle >= 0) {
-        double *yields = &c->next_yields[item->obstacle];
-        *yields = fmin(*yields, t * c->yields[item->obstacle]);
+    int obstacle = obstacle_of(c, item);
+    if (obstacle >= 0) {
+        double *yields = &c->next_yields[obstacle];
+        *yields = fmin(*yields, t * c->yields[obstacle]);
     }
     return true;
 }
 
-/* obstacles keep the shares of their motions that this round left */
-static void yield(Clamp *c, const ClampObstacles *o, int round) {
+/* obstacles keep the shares of their motions that this round left; true when one waits */
+static bool yield(Clamp *c, const ClampObstacles *o, const double *x, double *dx, int round) {
+    bool waits = false;
     for (int i = 0; o->advance && i < c->near.def->obstacle_count; i++) {
         if (c->next_yields[i] < c->yields[i]) {
             double ahead = c->next_yields[i] * o->advance[i];
             o->to[i] = ahead > 0.0 ? contact_pose(&c->near.def->obstacles[i], o->clocks[i] + ahead)
                                    : o->from[i];
             c->obstacle_stamp[i] = round;
+            aim_mesh(c, o, i, c->next_yields[i], x, dx);
+            waits = waits || o->advance[i] > 0.0;
         }
         c->yields[i] = c->next_yields[i];
     }
+    return waits;
 }
 
-static void shorten_all(Clamp *c, const ClampObstacles *o, const double *x, double *dx,
-                        ClampReport *report) {
+/* true when an obstacle keeps only a share of its motion */
+static bool shorten_all(Clamp *c, const ClampObstacles *o, const double *x, double *dx,
+                        bool at_once, ClampReport *report) {
     int n = c->near.places.count;
     for (int i = 0; i < n; i++) {
         c->share[i] = c->next[i] = 1.0;
@@ -235,20 +292,21 @@ static void shorten_all(Clamp *c, const ClampObstacles *o, const double *x, doub
         c->yields[i] = c->next_yields[i] = 1.0;
         c->obstacle_stamp[i] = 0;
     }
-    bool again = true;
+    bool again = true, waits = false;
+    int skipped = at_once ? CONTACT_STOP_AFTER : 0;
     for (int round = 1; again; round++) {
         again = false;
         for (int i = 0; i < c->item_count; i++) {
             const Candidate *item = &c->items[i];
             if (is_fresh(c, item, round)) {
-                again = shorten(c, item, o, x, dx, round) || again;
+                again = shorten(c, item, o, x, dx, round + skipped) || again;
             }
         }
         for (int i = 0; i < n; i++) {
             c->stamp[i] = c->next[i] < c->share[i] ? round : c->stamp[i];
             c->share[i] = c->next[i];
         }
-        yield(c, o, round);
+        waits = yield(c, o, x, dx, round) || waits;
     }
     for (int i = 0; o->advance && i < c->near.def->obstacle_count; i++) {
         o->advance[i] *= c->yields[i];
@@ -262,6 +320,7 @@ static void shorten_all(Clamp *c, const ClampObstacles *o, const double *x, doub
             vec3_store(dx + 3 * (size_t)i, vec3_scale(c->share[i], vec3_load(dx + 3 * (size_t)i)));
         }
     }
+    return waits;
 }
 
 ClampReport clamp_motion(Clamp *c, const ClampObstacles *o, const unsigned char *held,
@@ -269,6 +328,9 @@ ClampReport clamp_motion(Clamp *c, const ClampObstacles *o, const unsigned char 
     ClampReport report = {.smallest_share = 1.0};
     int n = c->near.places.count;
     memset(c->changed, 0, (size_t)n);
+    for (int i = 0; i < c->near.def->obstacle_count; i++) {
+        aim_mesh(c, o, i, 1.0, x, dx);
+    }
     for (int k = 0; k < 3 * n; k++) {
         if (!isfinite(dx[k])) {
             memset(dx, 0, 3 * (size_t)n * sizeof *dx);
@@ -286,7 +348,11 @@ ClampReport clamp_motion(Clamp *c, const ClampObstacles *o, const unsigned char 
             return report; /* all pairs of this motion are proven */
         }
     }
-    find(c, o, x, dx);
-    shorten_all(c, o, x, dx, &report);
+    /* what waits goes another way than the list was made for */
+    bool waits = true;
+    for (int search = 0; waits; search++) {
+        find(c, o, x, dx);
+        waits = shorten_all(c, o, x, dx, search >= CONTACT_PROJECT_SEARCHES, &report);
+    }
     return report;
 }

@@ -15,9 +15,10 @@
 
 #include "sim/contact/candidates.h"
 
-/* Where the obstacles are, and where they want to go during a motion. A pair with an obstacle that
- * moves is judged in the frame of the obstacle, along the straight line there from where it is to
- * where it will be; obstacles must turn little in one motion (CONTACT_MOST_TURN). */
+/* Where the obstacles are, and where they want to go during a motion. A pair with a solid that
+ * moves is judged in the frame of the solid, along the straight line there from where it is to
+ * where it will be; the vertices of a mesh go straight to where they will be. Obstacles must turn
+ * little in one motion (CONTACT_MOST_TURN). */
 typedef struct ClampObstacles {
     const Pose *from;
     Pose *to;             /* (obstacle_count) where they are after the motion */
@@ -48,8 +49,8 @@ Clamp clamp_create(const ContactDef *def, Arena *arena);
 double clamp_target(double dhat, double d0);
 
 /* Changes dx so that x + t dx is legal for all t in [0, 1], if x is. Held vertices keep their
- * direction. A motion that is not finite becomes 0. x, dx: [m] (places x 3); those of
- * meshes are held and do not move. */
+ * direction. A motion that is not finite becomes 0. x, dx: [m] (places x 3); the clamp
+ * sets dx of meshes. */
 ClampReport clamp_motion(Clamp *clamp, const ClampObstacles *obstacles, const unsigned char *held,
                          const double *x, double *dx);
 

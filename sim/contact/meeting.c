@@ -82,9 +82,26 @@ static Vec3 remembered(const Barrier *b, const Meeting *m) {
 
 /* ---- finding ---- */
 
+/* motion of the mesh since the start of the step, where it is touched now; the other way round where
+ * the mesh is the first side, as the force is */
+static Vec3 carried_by_mesh(const Barrier *b, const Meeting *m, const double *x) {
+    Vec3 sum = {0, 0, 0};
+    for (int k = 0; k < m->count; k++) {
+        size_t at = 3 * (size_t)m->place[k];
+        if (!is_cloth(b, m->place[k])) {
+            Vec3 moved = vec3_sub(vec3_load(x + at), vec3_load(b->start + at));
+            sum = vec3_axpy(sum, -m->foot.weight[k], moved);
+        }
+    }
+    return sum;
+}
+
 /* motion of the obstacle since the start of the step, where it is touched now */
 static Vec3 carried(const Barrier *b, const Meeting *m, const double *x) {
-    if (m->obstacle < 0 || !b->def->obstacles[m->obstacle].moves) {
+    if (m->obstacle < 0) {
+        return carried_by_mesh(b, m, x);
+    }
+    if (!b->def->obstacles[m->obstacle].moves) {
         return vec3(0, 0, 0);
     }
     Vec3 at = {0, 0, 0};
@@ -100,8 +117,10 @@ static void rub(const Barrier *b, Meeting *m, const double *x) {
     Vec3 t = vec3_sub(remembered(b, m), m->carried), n = m->foot.normal;
     for (int k = 0; k < m->count; k++) {
         size_t at = 3 * (size_t)m->place[k];
-        Vec3 moved = vec3_sub(vec3_load(x + at), vec3_load(b->start + at));
-        t = vec3_axpy(t, m->foot.weight[k], moved);
+        if (is_cloth(b, m->place[k])) {
+            Vec3 moved = vec3_sub(vec3_load(x + at), vec3_load(b->start + at));
+            t = vec3_axpy(t, m->foot.weight[k], moved);
+        }
     }
     m->stretch = vec3_axpy(t, -vec3_dot(t, n), n);
     m->limit = m->friction * m->force / (CONTACT_BRISTLE_SHARE * m->stiffness);
@@ -287,13 +306,15 @@ static void find_pair(Barrier *b, const Candidate *item, const double *x) {
     }
     const Surface *surface = &b->clamp.near.places.surface;
     double mass = fmin(surface_panel(surface, p[0])->mass, surface_panel(surface, p[3])->mass);
+    bool cloth = is_cloth(b, p[0]) && is_cloth(b, p[3]);
+    double share = cloth ? CONTACT_SELF_STIFFNESS : CONTACT_STIFFNESS;
     Meeting m = {.key = {p[0], p[1], p[2], pair.kind == PAIR_EDGES ? -1 - p[3] : p[3]},
                  .obstacle = -1,
                  .count = 4,
                  .first = pair.kind == PAIR_FACE ? 1 : 2,
                  .foot = {.distance = pair.distance, .normal = pair.normal},
                  .dhat = item->dhat,
-                 .stiffness = stiffness_of(b, CONTACT_SELF_STIFFNESS * pair.soft, mass),
+                 .stiffness = stiffness_of(b, share * pair.soft, mass),
                  .friction = pair_friction(b, p)};
     memcpy(m.place, p, sizeof m.place);
     memcpy(m.foot.weight, pair.weight, sizeof m.foot.weight);

@@ -50,7 +50,7 @@ struct Barrier {
     /* of the step */
     const ContactMemory *memory;
     int *memory_slots, memory_slot_count;
-    double *start, *x, *dx; /* [m] (places x 3) of the step; at work; meshes stand still in all */
+    double *start, *x, *dx; /* [m] (places x 3) of the step; at work */
     unsigned char *held;    /* (places) */
     Pose *poses;            /* (obstacle_count) of the obstacles, after they moved */
     double *clocks;         /* [s] (obstacle_count) */
