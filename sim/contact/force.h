@@ -28,7 +28,7 @@ typedef struct ContactForceJob {
 /* How many of them next: all for several threads; for one a few, added while they are in the cache. */
 static inline int contact_next_forces(const Contact *c, const ContactForceJob *job) {
     int left = c->pushing_count - job->begin;
-    return parallel_threads() > 1 || left < CONTACT_FORCE_GRAIN ? left : CONTACT_FORCE_GRAIN;
+    return parallel_threads() > 1 || left < CONTACT_FORCE_BLOCK ? left : CONTACT_FORCE_BLOCK;
 }
 
 /* Adds the share w of a force to a vertex. */
