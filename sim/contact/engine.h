@@ -101,15 +101,17 @@ struct Contact {
     double *weight_kept; /* [1/kg] (vertex_count) lanes weight without contact */
     /* obstacles */
     GroupTouch *group_touches; /* (group_count x obstacle_count) */
-    Touch *touches;
-    double *touch_due;
-    int *touch_owner;
-    unsigned char *owner_wanted; /* (group_count x obstacle_count) to be searched */
-    int touch_count, touch_room;
+    unsigned char *owner_wanted; /* likewise: to be searched */
+    int *due_groups;             /* likewise: with touches to be looked at */
+    Touch *touches;              /* (touch_end) in blocks of groups, and holes */
+    double *touch_due;           /* [m] (touch_end) path of the group at which it must be looked at */
+    Touch *old_touches;          /* the other half of a room that is used in turns */
+    double *old_touch_due;
+    int touch_count, touch_end, touch_room; /* touch_count: without holes */
     int *due_touches;
     int due_touch_count;
-    int *looked;               /* (touch_room) touches to be looked at now */
-    int *touch_counts;         /* of chunks of them */
+    int *looked;               /* (touch_room) those of each group from its `begin` on */
+    int *touch_counts;         /* of chunks of groups */
     VertexDistance *distances; /* (vertex_count x obstacle_count) */
     Pose *poses, *next;        /* (obstacle_count) now; demanded at the end of the step */
     Frame *frames;             /* (obstacle_count) of poses */

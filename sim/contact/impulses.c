@@ -340,7 +340,7 @@ static void look_at_pair(Contact *c, const DuePair *due, double dt, Answer *answ
 /* a touch over a flat face was left out for as long as it stays there */
 static void look_at_touch(Contact *c, int t, double dt, Answer *answer) {
     const Touch *touch = &c->touches[t];
-    const GroupTouch *group = &c->group_touches[c->touch_owner[t]];
+    const GroupTouch *group = &c->group_touches[touch->owner];
     Strike s = {.count = touch->place[1] < 0 ? 1 : 3};
     memcpy(s.place, touch->place, sizeof touch->place);
     if (c->touch_due[t] - group->path < group->speed * dt && is_stale(c, s.place, s.count) &&
@@ -365,8 +365,11 @@ static int look(Contact *c, double dt, Answer *answer) {
     for (int k = 0; k < c->due_count; k++) {
         look_at_pair(c, &c->due_pairs[k], dt, answer);
     }
-    for (int t = 0; t < c->touch_count; t++) {
-        look_at_touch(c, t, dt, answer);
+    for (int k = 0; k < contact_cloth_groups(c) * c->def->obstacle_count; k++) {
+        const GroupTouch *group = &c->group_touches[k];
+        for (int t = group->begin; t < group->begin + group->count; t++) {
+            look_at_touch(c, t, dt, answer);
+        }
     }
     return i->colliding;
 }

@@ -21,7 +21,10 @@ static double touch_mass(const Contact *c, const Touch *touch) {
 }
 
 static Vec3 touch_velocity(const Contact *c, const Touch *touch) {
-    return contact_point_velocity(c, touch_corners(touch), touch->place, touch->weight);
+    if (touch->place[1] < 0) {
+        return contact_velocity(c, touch->place[0]);
+    }
+    return contact_point_velocity(c, 3, touch->place, touch->weight);
 }
 
 double touch_friction(const Contact *c, const Touch *touch) {
@@ -43,9 +46,10 @@ static ContactForce force_of(const Contact *c, Touch *touch, double dt, double s
     Vec3 bristle = vertex ? vec3_load(memory) : touch->bristle;
     Vec3 friction = contact_friction(&bristle, touch->normal, sliding, share * dt,
                                      total * touch_friction(c, touch), k, critical);
-    touch->bristle = bristle;
     if (vertex) {
         vec3_store(memory, bristle);
+    } else {
+        touch->bristle = bristle;
     }
     return (ContactForce){.sum = vec3_axpy(friction, total, touch->normal),
                           .damping = vec3_scale(total - force, touch->normal),
@@ -105,12 +109,15 @@ static void find_forces(int chunk, int first, int end, void *context) {
 void obstacle_forces(Contact *c, double dt, double share) {
     obstacle_find(c, dt);
     choose_pushing(c);
+    const double whole[1] = {1.0};
     ContactForceJob job = {c, dt, share, 0};
     for (int count; (count = contact_next_forces(c, &job)) > 0; job.begin += count) {
         parallel_for(count, CONTACT_FORCE_GRAIN, find_forces, &job);
         for (int k = 0; k < count; k++) {
             const Touch *touch = &c->touches[c->pushing[job.begin + k]];
-            contact_apply(c, &c->forces[k], touch_corners(touch), touch->place, touch->weight);
+            bool vertex = touch->place[1] < 0;
+            contact_apply(c, &c->forces[k], vertex ? 1 : 3, touch->place,
+                          vertex ? whole : touch->weight);
         }
     }
     for (int k = 0; k < c->follower_count; k++) {
@@ -189,17 +196,23 @@ void obstacle_advance(Contact *c, double dt) {
     }
 }
 
+/* [J] of a touch that is due */
+static double energy_of(const Contact *c, const Touch *touch, double dt) {
+    bool vertex = touch->place[1] < 0;
+    if (!vertex && at_corner(touch)) {
+        return 0.0;
+    }
+    double force, curvature, k = CONTACT_STIFFNESS * touch_mass(c, touch) / (dt * dt);
+    double share = vertex || touch->feature == 7 ? 1.0 : 0.5;
+    return share * contact_law(touch->distance, touch_distance(c, touch), k, &force, &curvature);
+}
+
 double obstacle_energy(const Contact *c, double dt) {
     double energy = 0.0;
-    for (int t = 0; t < c->touch_count; t++) {
-        const Touch *touch = &c->touches[t];
-        bool vertex = touch->place[1] < 0;
-        double force, curvature, k = CONTACT_STIFFNESS * touch_mass(c, touch) / (dt * dt);
-        if (c->group_touches[c->touch_owner[t]].path >= c->touch_due[t] &&
-            (vertex || !at_corner(touch))) {
-            double share = vertex || touch->feature == 7 ? 1.0 : 0.5;
-            energy += share *
-                      contact_law(touch->distance, touch_distance(c, touch), k, &force, &curvature);
+    for (int i = 0; i < contact_cloth_groups(c) * c->def->obstacle_count; i++) {
+        const GroupTouch *group = &c->group_touches[i];
+        for (int t = group->begin; t < group->begin + group->count; t++) {
+            energy += group->path >= c->touch_due[t] ? energy_of(c, &c->touches[t], dt) : 0.0;
         }
     }
     return energy;

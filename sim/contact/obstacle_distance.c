@@ -36,6 +36,7 @@ static void set_touch(const Contact *c, Touch *touch, double distance, Vec3 near
     touch->distance = distance;
     touch->normal = frame_apply(f, normal);
     touch->point = vec3_add(f->origin, frame_apply(f, vec3_axpy(nearest, -distance, normal)));
+    touch->level = vec3_dot(touch->normal, touch->point);
 }
 
 /* ... and known to triangles from now on */
@@ -53,7 +54,8 @@ static void search_triangle(const Contact *c, Touch *touch, const VertexDistance
     Vec3 place[3] = {v[0]->place, v[1]->place, v[2]->place};
     Vec3 normal[3] = {v[0]->normal, v[1]->normal, v[2]->normal}, nearest = {0, 0, 0}, up;
     double d[3] = {v[0]->distance, v[1]->distance, v[2]->distance};
-    touch->feature = solid_nearest_on_triangle(solid, place, d, normal, touch->weight);
+    touch->feature =
+        (short)solid_nearest_on_triangle(solid, place, d, normal, touch->weight);
     for (int k = 0; k < 3; k++) {
         nearest = vec3_axpy(nearest, touch->weight[k], place[k]);
     }
@@ -95,7 +97,7 @@ static void evaluate_triangle(const Contact *c, const Points *x, Touch *touch) {
         search_triangle(c, touch, v);
         return;
     }
-    touch->feature = 1 << best;
+    touch->feature = (short)(1 << best);
     touch->weight[0] = touch->weight[1] = touch->weight[2] = 0.0;
     touch->weight[best] = 1.0;
     set_touch(c, touch, v[best]->distance, v[best]->place, v[best]->normal);
@@ -122,6 +124,5 @@ double obstacle_frozen(const Contact *c, const Touch *touch) {
 }
 
 void obstacle_project(const Points *x, Touch *touch) {
-    Vec3 over = vec3_sub(point_at(x, touch->place[0]), touch->point);
-    touch->distance = vec3_dot(touch->normal, over);
+    touch->distance = vec3_dot(touch->normal, point_at(x, touch->place[0])) - touch->level;
 }

@@ -7,28 +7,75 @@
 #include "sim/base/parallel.h"
 #include "sim/contact/engine.h"
 
-#define LOOK_GRAIN 256 /* touches or vertices a thread takes at once, some 10 us */
+/* what a thread takes at once, some 10 us: groups to be asked, groups to be looked at */
+#define OWNER_GRAIN 500
+#define LOOK_GRAIN 32
+#define LEAST_HOLES 1024 /* touches; fewer are not worth closing */
 
 static void touch_key(const Touch *touch, int key[4]) {
     memcpy(key, touch->place, 3 * sizeof *key);
     key[3] = touch->obstacle;
 }
 
+static int owner_count(const Contact *c) {
+    return contact_cloth_groups(c) * c->def->obstacle_count;
+}
+
+/* ---- blocks of touches ---- */
+
+static void make_touch_room(Contact *c, int room) {
+    c->touches = arena_grow(c->arena, Touch, c->touches, c->touch_end, room);
+    c->touch_due = arena_grow(c->arena, double, c->touch_due, c->touch_end, room);
+    c->old_touches = arena_push(c->arena, Touch, room);
+    c->old_touch_due = arena_push(c->arena, double, room);
+    c->due_touches = arena_push(c->arena, int, room); /* a look follows */
+    c->looked = arena_push(c->arena, int, room);
+    c->touch_room = room;
+}
+
+/* behind the others of the group that is searched now */
 static void add_touch(Contact *c, const Touch *touch, double due) {
-    int count = c->touch_count;
-    if (count == c->touch_room) {
-        c->touch_room = 2 * c->touch_room + 1024;
-        c->touches = arena_grow(c->arena, Touch, c->touches, count, c->touch_room);
-        c->touch_due = arena_grow(c->arena, double, c->touch_due, count, c->touch_room);
-        c->touch_owner = arena_grow(c->arena, int, c->touch_owner, count, c->touch_room);
-        c->due_touches = arena_push(c->arena, int, c->touch_room); /* a look follows */
-        c->looked = arena_push(c->arena, int, c->touch_room);
-        c->touch_counts =
-            arena_push(c->arena, int, parallel_chunk_count(c->touch_room, LOOK_GRAIN));
+    if (c->touch_end == c->touch_room) {
+        make_touch_room(c, 2 * c->touch_room + 1024);
     }
-    c->touches[c->touch_count] = *touch;
-    c->touch_owner[c->touch_count] = touch->owner;
-    c->touch_due[c->touch_count++] = due;
+    c->touches[c->touch_end] = *touch;
+    c->touch_due[c->touch_end++] = due;
+}
+
+/* leaves a hole behind */
+static void drop_block(Contact *c, GroupTouch *group) {
+    for (int t = group->begin; t < group->begin + group->count; t++) {
+        const Touch *touch = &c->touches[t];
+        if (touch->place[1] >= 0 && vec3_dot(touch->bristle, touch->bristle) > 0.0 &&
+            c->touch_memory_count < c->touch_memory_room) {
+            PairMemory *memory = &c->touch_memory[c->touch_memory_count++];
+            touch_key(touch, memory->place);
+            vec3_store(memory->bristle, touch->bristle);
+        }
+    }
+    c->touch_count -= group->count;
+    group->count = 0;
+}
+
+/* closes the holes; what lies near in the cloth lies near in memory again */
+static void pack_blocks(Contact *c) {
+    int end = 0;
+    for (int i = 0; i < owner_count(c); i++) {
+        GroupTouch *group = &c->group_touches[i];
+        size_t count = (size_t)group->count;
+        if (count > 0) {
+            memcpy(c->old_touches + end, c->touches + group->begin, count * sizeof *c->touches);
+            memcpy(c->old_touch_due + end, c->touch_due + group->begin,
+                   count * sizeof *c->touch_due);
+        }
+        group->begin = end;
+        end += group->count;
+    }
+    Touch *touches = c->touches;
+    double *due = c->touch_due;
+    c->touches = c->old_touches, c->touch_due = c->old_touch_due;
+    c->old_touches = touches, c->old_touch_due = due;
+    c->touch_end = end;
 }
 
 static double group_distance(const Contact *c, int g) {
@@ -84,6 +131,7 @@ static void query_group(Contact *c, const Points *x, int g, int o, double dt) {
     GroupTouch *group = &c->group_touches[owner];
     double dhat = group_distance(c, g), step = group->speed * dt;
     group->near = max2(dhat, CONTACT_NEAR_STEPS * step);
+    group->begin = c->touch_end;
     double slack = max2(CONTACT_LEAST_SLACK * dhat, CONTACT_LONG_SLACK_STEPS * step);
     if (c->def->obstacles[o].mesh) { /* its features are in the lists of pairs */
         group->near = group->limit = INFINITY;
@@ -99,6 +147,9 @@ static void query_group(Contact *c, const Points *x, int g, int o, double dt) {
         search_cell(c, x, &c->surface.cells[k], owner, o, slack);
     }
     group->limit = group->path + slack;
+    group->count = c->touch_end - group->begin;
+    group->earliest = -INFINITY;
+    c->touch_count += group->count;
 }
 
 static bool is_wanted(const GroupTouch *group, bool by_path, double dt) {
@@ -106,24 +157,9 @@ static bool is_wanted(const GroupTouch *group, bool by_path, double dt) {
                    : CONTACT_LEAST_NEAR_STEPS * group->speed * dt > group->near;
 }
 
-/* takes out a touch; the last one fills its place */
-static void drop_touch(Contact *c, int t) {
-    const Touch *touch = &c->touches[t];
-    if (touch->place[1] >= 0 && vec3_dot(touch->bristle, touch->bristle) > 0.0 &&
-        c->touch_memory_count < c->touch_memory_room) {
-        PairMemory *memory = &c->touch_memory[c->touch_memory_count++];
-        touch_key(touch, memory->place);
-        vec3_store(memory->bristle, touch->bristle);
-    }
-    int last = --c->touch_count;
-    c->touches[t] = c->touches[last];
-    c->touch_due[t] = c->touch_due[last];
-    c->touch_owner[t] = c->touch_owner[last];
-}
-
 bool obstacle_search(Contact *c, bool by_path, double dt) {
-    int owners = contact_cloth_groups(c) * c->def->obstacle_count, wanted = 0;
-    for (int i = 0; i < owners; i++) {
+    int wanted = 0;
+    for (int i = 0; i < owner_count(c); i++) {
         c->owner_wanted[i] = is_wanted(&c->group_touches[i], by_path, dt);
         wanted += c->owner_wanted[i];
     }
@@ -133,15 +169,16 @@ bool obstacle_search(Contact *c, bool by_path, double dt) {
     Points x = contact_positions(c);
     c->statistics.rebuilds++;
     c->touch_memory_count = 0;
-    for (int t = 0; t < c->touch_count;) {
-        if (c->owner_wanted[c->touch_owner[t]]) {
-            drop_touch(c, t);
-        } else {
-            t++;
+    for (int i = 0; i < owner_count(c); i++) {
+        if (c->owner_wanted[i]) {
+            drop_block(c, &c->group_touches[i]);
         }
     }
-    int first = c->touch_count;
-    for (int i = 0; i < owners; i++) {
+    if (c->touch_end > 2 * c->touch_count + LEAST_HOLES) {
+        pack_blocks(c);
+    }
+    int first = c->touch_end;
+    for (int i = 0; i < owner_count(c); i++) {
         if (c->owner_wanted[i]) {
             query_group(c, &x, i / c->def->obstacle_count, i % c->def->obstacle_count, dt);
         }
@@ -161,7 +198,7 @@ void obstacle_restore(Contact *c, int first) {
     if (kept > 1) {
         qsort(c->touch_memory, kept, sizeof *c->touch_memory, compare_keys);
     }
-    for (int t = first; t < c->touch_count && kept > 0; t++) {
+    for (int t = first; t < c->touch_end && kept > 0; t++) {
         PairMemory key;
         touch_key(&c->touches[t], key.place);
         const PairMemory *memory =
@@ -177,7 +214,7 @@ void obstacle_begin(Contact *c, double dt) {
     for (int o = 0; o < c->def->obstacle_count; o++) {
         obstacle_place(c, o);
     }
-    c->touch_count = c->due_touch_count = 0;
+    c->touch_count = c->touch_end = c->due_touch_count = 0;
     memset(c->group_touches, 0,
            (size_t)(contact_cloth_groups(c) * c->def->obstacle_count) * sizeof *c->group_touches);
     for (int g = 0; g < contact_cloth_groups(c); g++) {
@@ -202,15 +239,14 @@ void obstacle_forget(const Contact *c, Touch *touch) {
 
 /* ---- looking ---- */
 
-/* The looks of a step, chunk by chunk: what each finds stands from its first touch on. */
+/* The looks of a step, group by group: what each finds stands from its first touch on. */
 typedef struct LookJob {
     Contact *c;
     Points x;
 } LookJob;
 
-static void look_at(const LookJob *job, Touch *touch) {
+static void look_at(const LookJob *job, double path, Touch *touch) {
     Contact *c = job->c;
-    double path = c->group_touches[touch->owner].path;
     if (path <= touch->frozen) {
         obstacle_project(&job->x, touch);
     } else {
@@ -219,51 +255,84 @@ static void look_at(const LookJob *job, Touch *touch) {
     }
 }
 
-/* those that are due; vertices are looked at, so that triangles find the distances of their corners */
-static void choose_chunk(int chunk, int first, int end, void *context) {
-    const LookJob *job = context;
-    Contact *c = job->c;
+static void due_chunk(int chunk, int first, int end, void *context) {
+    Contact *c = ((const LookJob *)context)->c;
     int count = 0;
-    for (int t = first; t < end; t++) {
-        if (c->group_touches[c->touch_owner[t]].path >= c->touch_due[t]) {
-            c->looked[first + count++] = t;
-            if (c->touches[t].place[1] < 0) {
-                look_at(job, &c->touches[t]);
-            }
+    for (int i = first; i < end; i++) {
+        const GroupTouch *group = &c->group_touches[i];
+        if (group->count > 0 && group->path >= group->earliest) {
+            c->due_groups[first + count++] = i;
         }
     }
     c->touch_counts[chunk] = count;
 }
 
-static void near_chunk(int chunk, int first, int end, void *context) {
+/* those that are due; vertices are looked at, so that triangles find the distances of their corners */
+static void choose_chunk(int chunk, int first, int end, void *context) {
+    (void)chunk;
     const LookJob *job = context;
     Contact *c = job->c;
-    int count = 0;
     for (int k = first; k < end; k++) {
-        int t = c->looked[k];
-        Touch *touch = &c->touches[t];
-        const GroupTouch *group = &c->group_touches[touch->owner];
-        if (touch->place[1] >= 0) {
-            look_at(job, touch);
+        GroupTouch *group = &c->group_touches[c->due_groups[k]];
+        int *looked = c->looked + group->begin, count = 0;
+        double earliest = INFINITY;
+        for (int t = group->begin; t < group->begin + group->count; t++) {
+            if (group->path < c->touch_due[t]) {
+                earliest = min2(earliest, c->touch_due[t]);
+                continue;
+            }
+            looked[count++] = t;
+            if (c->touches[t].place[1] < 0) {
+                look_at(job, group->path, &c->touches[t]);
+            }
         }
-        c->touch_due[t] = group->path + touch->distance - group->near;
-        if (touch->spare) {
-            c->touch_due[t] = max2(c->touch_due[t], group->path + touch->margin);
-        } else if (touch->distance <= group->near) {
-            c->due_touches[first + count++] = t;
-        } else {
-            obstacle_forget(c, touch);
-        }
+        group->looked = count;
+        group->earliest = earliest;
     }
-    c->touch_counts[chunk] = count;
+}
+
+static void near_chunk(int chunk, int first, int end, void *context) {
+    (void)chunk;
+    const LookJob *job = context;
+    Contact *c = job->c;
+    for (int k = first; k < end; k++) {
+        GroupTouch *group = &c->group_touches[c->due_groups[k]];
+        int *near = c->looked + group->begin, count = 0;
+        for (int m = 0; m < group->looked; m++) {
+            int t = near[m];
+            Touch *touch = &c->touches[t];
+            if (touch->place[1] >= 0) {
+                look_at(job, group->path, touch);
+            }
+            double due = group->path + touch->distance - group->near;
+            if (touch->spare) {
+                due = max2(due, group->path + touch->margin);
+            } else if (touch->distance <= group->near) {
+                near[count++] = t; /* no later than it is read */
+            } else {
+                obstacle_forget(c, touch);
+            }
+            c->touch_due[t] = due;
+            group->earliest = min2(group->earliest, due);
+        }
+        group->looked = count;
+    }
 }
 
 void obstacle_look(Contact *c) {
     LookJob job = {c, contact_positions(c)};
-    parallel_for(c->touch_count, LOOK_GRAIN, choose_chunk, &job);
-    int looked = parallel_close_up(c->looked, c->touch_counts, c->touch_count, LOOK_GRAIN);
-    parallel_for(looked, LOOK_GRAIN, near_chunk, &job);
-    c->due_touch_count = parallel_close_up(c->due_touches, c->touch_counts, looked, LOOK_GRAIN);
+    int owners = owner_count(c);
+    parallel_for(owners, OWNER_GRAIN, due_chunk, &job);
+    int groups = parallel_close_up(c->due_groups, c->touch_counts, owners, OWNER_GRAIN);
+    parallel_for(groups, LOOK_GRAIN, choose_chunk, &job);
+    parallel_for(groups, LOOK_GRAIN, near_chunk, &job);
+    c->due_touch_count = 0;
+    for (int k = 0; k < groups; k++) {
+        const GroupTouch *group = &c->group_touches[c->due_groups[k]];
+        for (int m = 0; m < group->looked; m++) {
+            c->due_touches[c->due_touch_count++] = c->looked[group->begin + m];
+        }
+    }
     c->statistics.evaluations += c->due_touch_count;
     c->statistics.pairs += c->touch_count;
 }
@@ -279,11 +348,14 @@ void obstacle_find(Contact *c, double dt) {
 
 int obstacle_remember(const Contact *c, PairMemory *memory, int room) {
     int count = 0;
-    for (int t = 0; t < c->touch_count && count < room; t++) {
-        const Touch *touch = &c->touches[t];
-        if (touch->place[1] >= 0 && vec3_dot(touch->bristle, touch->bristle) > 0.0) {
-            touch_key(touch, memory[count].place);
-            vec3_store(memory[count++].bristle, touch->bristle);
+    for (int i = 0; i < owner_count(c); i++) {
+        const GroupTouch *group = &c->group_touches[i];
+        for (int t = group->begin; t < group->begin + group->count && count < room; t++) {
+            const Touch *touch = &c->touches[t];
+            if (touch->place[1] >= 0 && vec3_dot(touch->bristle, touch->bristle) > 0.0) {
+                touch_key(touch, memory[count].place);
+                vec3_store(memory[count++].bristle, touch->bristle);
+            }
         }
     }
     return count;

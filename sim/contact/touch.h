@@ -5,27 +5,34 @@
 
 #include <stdbool.h>
 
+#include "sim/base/arena.h"
 #include "sim/base/vec.h"
 #include "sim/contact/contact.h"
 
-/* A vertex (place[1] < 0) or a triangle at an obstacle. */
+/* A vertex (place[1] < 0) or a triangle at an obstacle. What every step asks of a vertex over a flat
+ * face lies in one cache line. */
 typedef struct Touch {
-    int obstacle, owner; /* owner: which group at which obstacle */
+    _Alignas(ARENA_ALIGNMENT) int obstacle;
     int place[3];
+    int owner;       /* which group at which obstacle */
+    short feature;   /* corners that hold the closest point of the cloth */
+    bool spare;      /* a triangle over a flat face: the planes of its corners do for it */
     double distance; /* [m] */
-    double frozen;   /* [m] of a vertex: path of its group until which normal and point stay */
     Vec3 normal;     /* from the obstacle to the cloth */
-    Vec3 point;      /* closest point of the obstacle */
+    double level;    /* [m] of the closest point of the obstacle along the normal */
+    Vec3 point;      /* that point */
+    double frozen;   /* [m] of a vertex: path of its group until which normal and point stay */
+    double margin;   /* [m] of motion while it stays spare */
     double weight[3];
-    int feature;   /* corners that hold the closest point of the cloth */
-    bool spare;    /* a triangle over a flat face: the planes of its corners do for it */
-    double margin; /* [m] of motion while it stays spare */
-    Vec3 bristle;
+    Vec3 bristle; /* of a triangle */
 } Touch;
 
 /* A group at an obstacle: the same rules as for a GroupPair. */
 typedef struct GroupTouch {
     double path, limit, near, speed;
+    double earliest;  /* [m] path at which the first of its touches must be looked at */
+    int begin, count; /* its touches */
+    int looked;       /* of those, at the last look; then: those that are near */
 } GroupTouch;
 
 /* Distance and normal of a vertex at an obstacle, kept while positions stay. */
