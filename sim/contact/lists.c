@@ -187,6 +187,7 @@ static void add_group_pair(int a, int b, void *context) {
         l->old_group_pairs = arena_grow(l->arena, GroupPair, l->old_group_pairs, old, room);
         l->renumber = arena_grow(l->arena, int, l->renumber, old, room);
         l->searched = arena_push(l->arena, int, room);
+        l->apart = arena_push(l->arena, double, room);
         l->group_pair_room = room;
     }
     l->group_pairs[l->group_pair_count++] = (GroupPair){.a = a, .b = b, .limit = -1.0};

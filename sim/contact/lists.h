@@ -17,18 +17,17 @@
 
 #include "sim/contact/flatness.h"
 
+/* One cache line: every step reads all of them. */
 typedef struct GroupPair {
-    int a, b;         /* a <= b */
-    double path;      /* [m] relative motion since it was made */
-    double limit;     /* [m] path until which its pairs are complete */
-    double near;      /* [m] */
-    double apart;     /* [m] bound of the distance at the last search */
-    double speed;     /* [m/s] bound of the relative speed in this step */
-    bool dense;       /* many pairs were found: the next search reaches less far */
-    int begin, count; /* its pairs */
-    int near_count;   /* of those, at the last look */
-    double earliest;  /* [m] path at which the first of them must be looked at */
-    long evaluated;   /* stamp at which they were looked at last */
+    int a, b;           /* a <= b */
+    double path;        /* [m] relative motion since it was made */
+    double limit;       /* [m] path until which its pairs are complete */
+    double near;        /* [m] */
+    double speed;       /* [m/s] bound of the relative speed in this step */
+    double earliest;    /* [m] path at which the first of its pairs must be looked at */
+    int begin, count;   /* its pairs */
+    unsigned evaluated; /* stamp at which they were looked at last */
+    bool dense;         /* many were found: the next search reaches less far */
 } GroupPair;
 
 typedef enum PairKind {
@@ -57,7 +56,7 @@ typedef struct PairMemory {
 typedef struct GroupBounds {
     Box cell[SURFACE_GROUP_CELLS];
     Box all;
-    long boxed; /* stamp of the positions that they belong to */
+    unsigned boxed; /* stamp of the positions that they belong to */
 } GroupBounds;
 
 /* What one share of a search found. */
@@ -78,11 +77,12 @@ typedef struct Lists {
     GroupBounds *bounds; /* (group_count) */
     GroupSlopes *slopes; /* (group_count) */
     Box *boxes;          /* (group_count) */
-    long stamp;          /* changes when positions change */
+    unsigned stamp;      /* changes when positions change */
     GroupPair *group_pairs, *old_group_pairs;
     int group_pair_count, group_pair_room;
     int *renumber; /* (group_pair_room) */
     int *searched; /* (group_pair_room) group pairs of this search */
+    double *apart; /* [m] (group_pair_room) bounds of the distance of those */
     int *marked;   /* (group_count) groups whose bounds are to be found */
     Found found[SEARCH_CHUNKS];
     int *slots; /* hash of group pairs, for remakes */

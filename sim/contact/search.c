@@ -199,7 +199,7 @@ static double enough(const Lists *l, const GroupPair *pair) {
     return pair->near + CONTACT_LEAST_SLACK * dhat_of(l, pair);
 }
 
-/* how near, and how flat: [m] a bound of the distance into pair->apart; slopes are known */
+/* how near, and how flat: a bound of the distance into l->apart; slopes are known */
 static void judge_chunk(int chunk, int first, int end, void *context) {
     (void)chunk;
     const SearchJob *job = context;
@@ -207,21 +207,23 @@ static void judge_chunk(int chunk, int first, int end, void *context) {
     for (int k = first; k < end; k++) {
         GroupPair *pair = &l->group_pairs[l->searched[k]];
         pair->near = max2(dhat_of(l, pair), CONTACT_NEAR_STEPS * pair->speed * job->dt);
-        pair->apart = flatness_distance(l->surface, l->slopes, pair->a, pair->b);
+        l->apart[k] = flatness_distance(l->surface, l->slopes, pair->a, pair->b);
     }
 }
 
-static void search_one(const SearchJob *job, GroupPair *pair, Found *found) {
+static void search_one(const SearchJob *job, int k, Found *found) {
     Lists *l = job->lists;
+    GroupPair *pair = &l->group_pairs[l->searched[k]];
     const SurfacePanel *of_a = panel_of(l, pair->a), *of_b = panel_of(l, pair->b);
     double dhat = dhat_of(l, pair), step = pair->speed * job->dt;
     double most = max2(CONTACT_LEAST_SLACK * dhat, CONTACT_LONG_SLACK * of_a->h1);
     double slack = min2(most, max2(CONTACT_LEAST_SLACK * dhat, CONTACT_SLACK_STEPS * step));
-    if (pair->apart <= enough(l, pair) && pair->a != pair->b) {
-        pair->apart = box_distance(&l->bounds[pair->a].all, &l->bounds[pair->b].all);
+    double apart = l->apart[k];
+    if (apart <= enough(l, pair) && pair->a != pair->b) {
+        apart = box_distance(&l->bounds[pair->a].all, &l->bounds[pair->b].all);
     }
-    if (pair->apart > enough(l, pair)) {
-        pair->limit = pair->path + pair->apart - pair->near;
+    if (apart > enough(l, pair)) {
+        pair->limit = pair->path + apart - pair->near;
         return;
     }
     double longest = pair->dense ? slack : max2(slack, min2(most, CONTACT_LONG_SLACK_STEPS * step));
@@ -254,7 +256,7 @@ static void search_chunk(int chunk, int first, int end, void *context) {
     found->count = 0;
     found->full = false;
     for (int k = first; k < end && !found->full; k++) {
-        search_one(job, &job->lists->group_pairs[job->lists->searched[k]], found);
+        search_one(job, k, found);
     }
 }
 
@@ -334,7 +336,7 @@ static void find_bounds(SearchJob *job, int searched) {
     int count = 0;
     for (int k = 0; k < searched; k++) {
         const GroupPair *pair = &l->group_pairs[l->searched[k]];
-        if (pair->apart <= enough(l, pair)) {
+        if (l->apart[k] <= enough(l, pair)) {
             count = mark_bounds(l, pair->a, count);
             count = mark_bounds(l, pair->b, count);
         }

@@ -10,8 +10,8 @@
 #define OWNER_GRAIN 1000
 #define BLOCK_GRAIN 16
 
-static double relative_speed(const Contact *c, const GroupPair *pair) {
-    const GroupMotion *a = &c->motion[pair->a], *b = &c->motion[pair->b];
+static inline double relative_speed(const GroupMotion *motion, const GroupPair *pair) {
+    const GroupMotion *a = &motion[pair->a], *b = &motion[pair->b];
     return vec3_length(vec3_sub(a->velocity, b->velocity)) + a->deviation + b->deviation;
 }
 
@@ -44,7 +44,10 @@ static void make_room(Contact *c) {
         c->wanted = arena_push(c->arena, unsigned char, c->wanted_room);
         c->wanted_counts =
             arena_push(c->arena, int, parallel_chunk_count(c->wanted_room, OWNER_GRAIN));
+        c->due_counts =
+            arena_push(c->arena, int, parallel_chunk_count(c->wanted_room, OWNER_GRAIN));
         c->due_owners = arena_push(c->arena, int, c->wanted_room);
+        c->near_counts = arena_push(c->arena, int, c->wanted_room);
     }
 }
 
@@ -54,42 +57,37 @@ typedef struct OwnerJob {
 } OwnerJob;
 
 /* must a group pair be searched? May take its speed */
-typedef bool Wants(const Contact *c, GroupPair *pair, double dt);
+typedef bool Wants(const GroupMotion *motion, GroupPair *pair, double dt);
 
 /* inline, once for each question: a call for each pair costs as much as the answer */
 static inline void ask(int chunk, int first, int end, const OwnerJob *job, Wants *wants) {
     Contact *c = job->c;
+    GroupPair *pairs = c->lists.group_pairs;
+    unsigned char *wanted = c->wanted;
     int count = 0;
+    double dt = job->dt;
     for (int i = first; i < end; i++) {
-        c->wanted[i] = wants(c, &c->lists.group_pairs[i], job->dt);
-        count += c->wanted[i];
+        bool wants_it = wants(c->motion, &pairs[i], dt);
+        wanted[i] = wants_it;
+        count += wants_it;
     }
     c->wanted_counts[chunk] = count;
 }
 
-static inline bool is_spent(const Contact *c, GroupPair *pair, double dt) {
-    (void)c, (void)dt;
-    return pair->path > pair->limit;
-}
-
-static inline bool outgrows_list(const Contact *c, GroupPair *pair, double dt) {
-    pair->speed = relative_speed(c, pair);
+static inline bool outgrows_list(const GroupMotion *motion, GroupPair *pair, double dt) {
+    pair->speed = relative_speed(motion, pair);
     return CONTACT_LEAST_NEAR_STEPS * pair->speed * dt > pair->near || pair->limit < 0.0;
 }
 
-static inline bool outruns_planes(const Contact *c, GroupPair *pair, double dt) {
-    pair->speed = relative_speed(c, pair);
+static inline bool outruns_planes(const GroupMotion *motion, GroupPair *pair, double dt) {
+    pair->speed = relative_speed(motion, pair);
     return pair->speed * dt > CONTACT_PLANE_SHARE * pair->near;
 }
 
-static inline bool is_new(const Contact *c, GroupPair *pair, double dt) {
+static inline bool is_new(const GroupMotion *motion, GroupPair *pair, double dt) {
     (void)dt;
-    pair->speed = relative_speed(c, pair);
+    pair->speed = relative_speed(motion, pair);
     return true;
-}
-
-static void ask_spent(int chunk, int first, int end, void *context) {
-    ask(chunk, first, end, context, is_spent);
 }
 
 static void ask_outgrown(int chunk, int first, int end, void *context) {
@@ -104,25 +102,58 @@ static void ask_new(int chunk, int first, int end, void *context) {
     ask(chunk, first, end, context, is_new);
 }
 
-/* asks all group pairs, into c->wanted; returns how many must */
-static int ask_all(Contact *c, ParallelBody *question, double dt) {
-    OwnerJob job = {c, dt};
-    int owners = c->lists.group_pair_count, count = 0;
-    parallel_for(owners, OWNER_GRAIN, question, &job);
-    for (int k = 0; k < parallel_chunk_count(owners, OWNER_GRAIN); k++) {
+static int count_wanted(const Contact *c) {
+    int count = 0;
+    for (int k = 0; k < parallel_chunk_count(c->lists.group_pair_count, OWNER_GRAIN); k++) {
         count += c->wanted_counts[k];
     }
     return count;
 }
 
+/* asks all group pairs, into c->wanted; returns how many must */
+static int ask_all(Contact *c, ParallelBody *question, double dt) {
+    OwnerJob job = {c, dt};
+    parallel_for(c->lists.group_pair_count, OWNER_GRAIN, question, &job);
+    return count_wanted(c);
+}
+
+static void advance_chunk(int chunk, int first, int end, void *context) {
+    const OwnerJob *job = context;
+    Contact *c = job->c;
+    GroupPair *pairs = c->lists.group_pairs;
+    unsigned char *wanted = c->wanted;
+    int spent = 0, due = 0, *due_owners = c->due_owners + first;
+    double dt = job->dt;
+    for (int i = first; i < end; i++) {
+        double path = pairs[i].path + pairs[i].speed * dt;
+        bool is_spent = path > pairs[i].limit;
+        pairs[i].path = path;
+        wanted[i] = is_spent;
+        spent += is_spent;
+        due_owners[due] = i;
+        due += pairs[i].count > 0 && path >= pairs[i].earliest;
+    }
+    c->wanted_counts[chunk] = spent;
+    c->due_counts[chunk] = due;
+}
+
+/* Moves all paths on by a step of dt (0: none), and finds in the same pass which group pairs spent
+ * theirs (c->wanted) and which have pairs to be looked at (c->due_owners). */
+static void advance(Contact *c, double dt) {
+    OwnerJob job = {c, dt};
+    int all = c->lists.group_pair_count;
+    parallel_for(all, OWNER_GRAIN, advance_chunk, &job);
+    c->due_owner_count = parallel_close_up(c->due_owners, c->due_counts, all, OWNER_GRAIN);
+    c->advanced = true;
+}
+
 /* the pairs of one group pair that are due by its path, evaluated; those that are near into
- * c->near_pairs from owner->begin on */
-static void evaluate_block(Contact *c, const Points *x, GroupPair *owner) {
+ * c->near_pairs from owner->begin on. Returns their number. */
+static int evaluate_block(Contact *c, const Points *x, GroupPair *owner) {
     Lists *l = &c->lists;
     bool known = owner->evaluated == l->stamp;
     double near = owner->near, earliest = INFINITY;
-    int *found = c->near_pairs + owner->begin;
-    owner->near_count = 0;
+    int *found = c->near_pairs + owner->begin, count = 0;
     for (int p = owner->begin; p < owner->begin + owner->count; p++) {
         if (owner->path < l->due[p]) {
             earliest = min2(earliest, l->due[p]);
@@ -139,13 +170,14 @@ static void evaluate_block(Contact *c, const Points *x, GroupPair *owner) {
         }
         earliest = min2(earliest, l->due[p]);
         if (pair->distance <= near) {
-            found[owner->near_count++] = p;
+            found[count++] = p;
         } else {
             pair->bristle = vec3(0, 0, 0);
         }
     }
     owner->earliest = earliest;
     owner->evaluated = l->stamp;
+    return count;
 }
 
 static void evaluate_chunk(int chunk, int first, int end, void *context) {
@@ -153,46 +185,29 @@ static void evaluate_chunk(int chunk, int first, int end, void *context) {
     Contact *c = context;
     Points x = contact_positions(c);
     for (int k = first; k < end; k++) {
-        evaluate_block(c, &x, &c->lists.group_pairs[c->due_owners[k]]);
+        c->near_counts[k] = evaluate_block(c, &x, &c->lists.group_pairs[c->due_owners[k]]);
     }
-}
-
-static void due_chunk(int chunk, int first, int end, void *context) {
-    Contact *c = context;
-    int count = 0;
-    for (int i = first; i < end; i++) {
-        const GroupPair *owner = &c->lists.group_pairs[i];
-        if (owner->count > 0 && owner->path >= owner->earliest) {
-            c->due_owners[first + count++] = i;
-        }
-    }
-    c->wanted_counts[chunk] = count;
-}
-
-/* group pairs with pairs to be looked at, into c->due_owners; returns their number */
-static int find_due_owners(Contact *c) {
-    int all = c->lists.group_pair_count;
-    parallel_for(all, OWNER_GRAIN, due_chunk, c);
-    return parallel_close_up(c->due_owners, c->wanted_counts, all, OWNER_GRAIN);
 }
 
 /* all due pairs */
 static void evaluate(Contact *c) {
     Lists *l = &c->lists;
-    int owners = find_due_owners(c);
+    if (!c->advanced) { /* lists were made again since */
+        advance(c, 0.0);
+    }
+    c->advanced = false;
     if (c->due_room < l->pair_room) {
         c->due_room = l->pair_room;
         c->due_pairs = arena_push(c->arena, DuePair, c->due_room);
         c->near_pairs = arena_push(c->arena, int, c->due_room);
         c->tight = arena_push(c->arena, int, c->due_room);
     }
-    parallel_for(owners, BLOCK_GRAIN, evaluate_chunk, c);
+    parallel_for(c->due_owner_count, BLOCK_GRAIN, evaluate_chunk, c);
     c->due_count = 0;
-    for (int k = 0; k < owners; k++) {
-        const GroupPair *owner = &l->group_pairs[c->due_owners[k]];
-        for (int m = 0; m < owner->near_count; m++) {
-            c->due_pairs[c->due_count++] =
-                (DuePair){c->near_pairs[owner->begin + m], c->due_owners[k]};
+    for (int k = 0; k < c->due_owner_count; k++) {
+        int owner = c->due_owners[k], begin = l->group_pairs[owner].begin;
+        for (int m = 0; m < c->near_counts[k]; m++) {
+            c->due_pairs[c->due_count++] = (DuePair){c->near_pairs[begin + m], owner};
         }
     }
     c->statistics.evaluations += c->due_count;
@@ -204,6 +219,7 @@ static void search(Contact *c, double dt) {
     Points x = contact_positions(c);
     double start = clock_seconds();
     lists_query(&c->lists, &x, c->wanted, dt);
+    c->advanced = false;
     c->statistics.search_seconds += clock_seconds() - start;
     c->statistics.rebuilds++;
     evaluate(c);
@@ -327,7 +343,10 @@ static void choose_pushing(Contact *c) {
 
 void self_find(Contact *c, double dt) {
     Lists *l = &c->lists;
-    if (ask_all(c, ask_spent, dt) > 0) {
+    if (!c->advanced) {
+        advance(c, 0.0);
+    }
+    if (count_wanted(c) > 0) {
         search(c, dt);
     } else {
         evaluate(c);
@@ -484,17 +503,7 @@ bool self_check(Contact *c, double dt) {
     return again;
 }
 
-static void advance_chunk(int chunk, int first, int end, void *context) {
-    (void)chunk;
-    const OwnerJob *job = context;
-    GroupPair *pairs = job->c->lists.group_pairs;
-    for (int i = first; i < end; i++) {
-        pairs[i].path += pairs[i].speed * job->dt;
-    }
-}
-
 void self_advance(Contact *c, double dt) {
-    OwnerJob job = {c, dt};
     c->lists.spent += c->level_step;
-    parallel_for(c->lists.group_pair_count, OWNER_GRAIN, advance_chunk, &job);
+    advance(c, dt);
 }
