@@ -319,7 +319,7 @@ static bool become_quiet(Contact *c, double dt) {
     memset(c->bristles, 0, 3 * o * (size_t)c->def->vertex_count * sizeof *c->bristles);
     memset(c->group_touches, 0, o * (size_t)contact_cloth_groups(c) * sizeof *c->group_touches);
     c->touch_count = c->touch_end = c->touch_memory_count = 0;
-    c->due_count = c->due_touch_count = 0;
+    c->due_count = c->due_touch_count = c->due_group_count = 0;
     return true;
 }
 

@@ -114,7 +114,9 @@ struct Contact {
     int touch_count, touch_end, touch_room; /* touch_count: without holes */
     int *due_touches;
     int due_touch_count;
-    int *looked;               /* (touch_room) those of each group from its `begin` on */
+    int *looked;               /* (touch_room) triangles of each group from its `begin` on */
+    int *near_touches;         /* (touch_room) likewise */
+    int due_group_count;
     int *touch_counts;         /* of chunks of groups */
     VertexDistance *distances; /* (vertex_count x obstacle_count) */
     Pose *poses, *next;        /* (obstacle_count) now; demanded at the end of the step */

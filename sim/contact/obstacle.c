@@ -4,6 +4,8 @@
 #include "sim/base/parallel.h"
 #include "sim/contact/force.h"
 
+static const double whole[1] = {1.0}; /* of a vertex */
+
 /* ---- forces ---- */
 
 /* is the nearest point of a triangle one of its corners, which are met as vertices? */
@@ -18,6 +20,14 @@ static double touch_distance(const Contact *c, const Touch *touch) {
 static double touch_mass(const Contact *c, const Touch *touch) {
     return touch->place[1] < 0 ? c->def->mass[touch->place[0]]
                                : surface_panel(&c->surface, touch->place[0])->mass;
+}
+
+static bool moves(const Contact *c, const Touch *touch) {
+    return c->def->obstacles[touch->obstacle].moves;
+}
+
+static Vec3 carried_by(const Contact *c, const Touch *touch, double dt) {
+    return moves(c, touch) ? obstacle_velocity(c, touch, dt) : vec3(0.0, 0.0, 0.0);
 }
 
 static Vec3 touch_velocity(const Contact *c, const Touch *touch) {
@@ -37,7 +47,7 @@ static ContactForce force_of(const Contact *c, Touch *touch, double dt, double s
     double force, curvature, critical = 2.0 * sqrt(CONTACT_STIFFNESS) * mass / dt;
     double damping = CONTACT_DAMPING * critical;
     contact_law(touch->distance, touch_distance(c, touch), k, &force, &curvature);
-    Vec3 carried = obstacle_velocity(c, touch, dt);
+    Vec3 carried = carried_by(c, touch, dt);
     Vec3 v = vec3_sub(touch_velocity(c, touch), carried);
     double vn = vec3_dot(v, touch->normal), total = max2(0.0, force - damping * vn);
     Vec3 sliding = vec3_axpy(v, -vn, touch->normal);
@@ -109,7 +119,6 @@ static void find_forces(int chunk, int first, int end, void *context) {
 void obstacle_forces(Contact *c, double dt, double share) {
     obstacle_find(c, dt);
     choose_pushing(c);
-    const double whole[1] = {1.0};
     ContactForceJob job = {c, dt, share, 0};
     for (int count; (count = contact_next_forces(c, &job)) > 0; job.begin += count) {
         parallel_for(count, CONTACT_FORCE_GRAIN, find_forces, &job);
@@ -147,37 +156,64 @@ void obstacle_refresh(Contact *c, double dt) {
     }
 }
 
-void obstacle_impulses(Contact *c, double dt) {
-    for (int k = 0; k < c->due_touch_count; k++) {
-        const Touch *touch = &c->touches[c->due_touches[k]];
-        double floor = CONTACT_IMPULSE_GAP * touch_distance(c, touch);
-        double motion = CONTACT_IMPULSE_RESERVE * dt * c->group_touches[touch->owner].speed;
-        if (touch->distance - floor >= motion) {
-            continue;
-        }
-        Vec3 carried = obstacle_velocity(c, touch, dt);
-        double vn = vec3_dot(vec3_sub(touch_velocity(c, touch), carried), touch->normal);
-        double least = touch->distance > floor ? (floor - touch->distance) / dt : 0.0;
-        contact_impulse(c, touch_corners(touch), touch->place, touch->weight, touch->normal,
-                        carried, vn, least);
+static void touch_impulse(Contact *c, const Touch *touch, double dt) {
+    double floor = CONTACT_IMPULSE_GAP * touch_distance(c, touch);
+    double motion = CONTACT_IMPULSE_RESERVE * dt * c->group_touches[touch->owner].speed;
+    if (touch->distance - floor >= motion) {
+        return;
     }
+    Vec3 carried = carried_by(c, touch, dt);
+    double vn = vec3_dot(vec3_sub(touch_velocity(c, touch), carried), touch->normal);
+    double least = touch->distance > floor ? (floor - touch->distance) / dt : 0.0;
+    bool vertex = touch->place[1] < 0;
+    contact_impulse(c, vertex ? 1 : 3, touch->place, vertex ? whole : touch->weight, touch->normal,
+                    carried, vn, least);
 }
 
 /* the corners stay on their side of the plane, less what is reserved for the obstacle */
+static void touch_shorten(Contact *c, const Points *x, const Touch *touch, double dt) {
+    double reach = moves(c, touch) ? obstacle_reach(c, touch) : 0.0;
+    double reserve = max2(0.0, min2(reach, 0.5 * touch->distance));
+    double floor = reserve + CONTACT_PLANE_FLOOR * touch_distance(c, touch);
+    double motion = dt * c->motion[touch->owner / c->def->obstacle_count].fastest;
+    if (motion <= CONTACT_PLANE_SHARE * (touch->distance - floor)) {
+        return; /* no corner is nearer to the plane */
+    }
+    for (int a = 0; a < touch_corners(touch); a++) {
+        Vec3 over = vec3_sub(point_at(x, touch->place[a]), touch->point);
+        double height = vec3_dot(touch->normal, over);
+        contact_hold_back(c, touch->place[a], touch->normal, height - floor, dt);
+    }
+}
+
+/* is no touch of a group so near that motions of `motion` [m] concern the guard? */
+static bool is_roomy(const Contact *c, const GroupTouch *group, double motion) {
+    if (group->near_count == 0) {
+        return true;
+    }
+    const Touch *touch = &c->touches[c->near_touches[group->begin]];
+    double room = group->gap - CONTACT_IMPULSE_GAP * touch_distance(c, touch);
+    return !moves(c, touch) && room >= motion;
+}
+
+void obstacle_impulses(Contact *c, double dt) {
+    for (int k = 0; k < c->due_group_count; k++) {
+        const GroupTouch *group = &c->group_touches[c->due_groups[k]];
+        bool roomy = is_roomy(c, group, CONTACT_IMPULSE_RESERVE * dt * group->speed);
+        for (int m = 0; m < group->near_count && !roomy; m++) {
+            touch_impulse(c, &c->touches[c->near_touches[group->begin + m]], dt);
+        }
+    }
+}
+
 void obstacle_shorten(Contact *c, double dt) {
     Points x = contact_positions(c);
-    for (int k = 0; k < c->due_touch_count; k++) {
-        const Touch *touch = &c->touches[c->due_touches[k]];
-        double reserve = max2(0.0, min2(obstacle_reach(c, touch), 0.5 * touch->distance));
-        double floor = reserve + CONTACT_PLANE_FLOOR * touch_distance(c, touch);
-        double motion = dt * c->motion[touch->owner / c->def->obstacle_count].fastest;
-        if (motion <= CONTACT_PLANE_SHARE * (touch->distance - floor)) {
-            continue; /* no corner is nearer to the plane */
-        }
-        for (int a = 0; a < touch_corners(touch); a++) {
-            Vec3 over = vec3_sub(point_at(&x, touch->place[a]), touch->point);
-            double height = vec3_dot(touch->normal, over);
-            contact_hold_back(c, touch->place[a], touch->normal, height - floor, dt);
+    for (int k = 0; k < c->due_group_count; k++) {
+        const GroupTouch *group = &c->group_touches[c->due_groups[k]];
+        double motion = dt * c->motion[c->due_groups[k] / c->def->obstacle_count].fastest;
+        bool roomy = is_roomy(c, group, motion / CONTACT_PLANE_SHARE);
+        for (int m = 0; m < group->near_count && !roomy; m++) {
+            touch_shorten(c, &x, &c->touches[c->near_touches[group->begin + m]], dt);
         }
     }
 }

@@ -30,6 +30,7 @@ static void make_touch_room(Contact *c, int room) {
     c->old_touch_due = arena_push(c->arena, double, room);
     c->due_touches = arena_push(c->arena, int, room); /* a look follows */
     c->looked = arena_push(c->arena, int, room);
+    c->near_touches = arena_push(c->arena, int, room);
     c->touch_room = room;
 }
 
@@ -214,7 +215,7 @@ void obstacle_begin(Contact *c, double dt) {
     for (int o = 0; o < c->def->obstacle_count; o++) {
         obstacle_place(c, o);
     }
-    c->touch_count = c->touch_end = c->due_touch_count = 0;
+    c->touch_count = c->touch_end = c->due_touch_count = c->due_group_count = 0;
     memset(c->group_touches, 0,
            (size_t)(contact_cloth_groups(c) * c->def->obstacle_count) * sizeof *c->group_touches);
     for (int g = 0; g < contact_cloth_groups(c); g++) {
@@ -245,14 +246,28 @@ typedef struct LookJob {
     Points x;
 } LookJob;
 
-static void look_at(const LookJob *job, double path, Touch *touch) {
+/* one touch, which is due; into those that are near, when it is */
+static inline void look_at(const LookJob *job, GroupTouch *group, int t) {
     Contact *c = job->c;
+    Touch *touch = &c->touches[t];
+    double path = group->path;
     if (path <= touch->frozen) {
         obstacle_project(&job->x, touch);
     } else {
         obstacle_evaluate(c, &job->x, touch);
         touch->frozen = path + obstacle_frozen(c, touch);
     }
+    double due = path + touch->distance - group->near;
+    if (touch->spare) {
+        due = max2(due, path + touch->margin);
+    } else if (touch->distance <= group->near) {
+        c->near_touches[group->begin + group->near_count++] = t;
+        group->gap = min2(group->gap, touch->distance);
+    } else {
+        obstacle_forget(c, touch);
+    }
+    c->touch_due[t] = due;
+    group->earliest = min2(group->earliest, due);
 }
 
 static void due_chunk(int chunk, int first, int end, void *context) {
@@ -267,55 +282,36 @@ static void due_chunk(int chunk, int first, int end, void *context) {
     c->touch_counts[chunk] = count;
 }
 
-/* those that are due; vertices are looked at, so that triangles find the distances of their corners */
-static void choose_chunk(int chunk, int first, int end, void *context) {
+/* vertices are looked at first, so that triangles find the distances of their corners */
+static void vertex_chunk(int chunk, int first, int end, void *context) {
     (void)chunk;
     const LookJob *job = context;
     Contact *c = job->c;
     for (int k = first; k < end; k++) {
         GroupTouch *group = &c->group_touches[c->due_groups[k]];
-        int *looked = c->looked + group->begin, count = 0;
-        double earliest = INFINITY;
+        group->looked = group->near_count = 0;
+        group->earliest = group->gap = INFINITY;
         for (int t = group->begin; t < group->begin + group->count; t++) {
             if (group->path < c->touch_due[t]) {
-                earliest = min2(earliest, c->touch_due[t]);
-                continue;
-            }
-            looked[count++] = t;
-            if (c->touches[t].place[1] < 0) {
-                look_at(job, group->path, &c->touches[t]);
+                group->earliest = min2(group->earliest, c->touch_due[t]);
+            } else if (c->touches[t].place[1] < 0) {
+                look_at(job, group, t);
+            } else {
+                c->looked[group->begin + group->looked++] = t;
             }
         }
-        group->looked = count;
-        group->earliest = earliest;
     }
 }
 
-static void near_chunk(int chunk, int first, int end, void *context) {
+static void triangle_chunk(int chunk, int first, int end, void *context) {
     (void)chunk;
     const LookJob *job = context;
     Contact *c = job->c;
     for (int k = first; k < end; k++) {
         GroupTouch *group = &c->group_touches[c->due_groups[k]];
-        int *near = c->looked + group->begin, count = 0;
         for (int m = 0; m < group->looked; m++) {
-            int t = near[m];
-            Touch *touch = &c->touches[t];
-            if (touch->place[1] >= 0) {
-                look_at(job, group->path, touch);
-            }
-            double due = group->path + touch->distance - group->near;
-            if (touch->spare) {
-                due = max2(due, group->path + touch->margin);
-            } else if (touch->distance <= group->near) {
-                near[count++] = t; /* no later than it is read */
-            } else {
-                obstacle_forget(c, touch);
-            }
-            c->touch_due[t] = due;
-            group->earliest = min2(group->earliest, due);
+            look_at(job, group, c->looked[group->begin + m]);
         }
-        group->looked = count;
     }
 }
 
@@ -324,14 +320,15 @@ void obstacle_look(Contact *c) {
     int owners = owner_count(c);
     parallel_for(owners, OWNER_GRAIN, due_chunk, &job);
     int groups = parallel_close_up(c->due_groups, c->touch_counts, owners, OWNER_GRAIN);
-    parallel_for(groups, LOOK_GRAIN, choose_chunk, &job);
-    parallel_for(groups, LOOK_GRAIN, near_chunk, &job);
+    parallel_for(groups, LOOK_GRAIN, vertex_chunk, &job);
+    parallel_for(groups, LOOK_GRAIN, triangle_chunk, &job);
+    c->due_group_count = groups;
     c->due_touch_count = 0;
     for (int k = 0; k < groups; k++) {
         const GroupTouch *group = &c->group_touches[c->due_groups[k]];
-        for (int m = 0; m < group->looked; m++) {
-            c->due_touches[c->due_touch_count++] = c->looked[group->begin + m];
-        }
+        memcpy(c->due_touches + c->due_touch_count, c->near_touches + group->begin,
+               (size_t)group->near_count * sizeof *c->due_touches);
+        c->due_touch_count += group->near_count;
     }
     c->statistics.evaluations += c->due_touch_count;
     c->statistics.pairs += c->touch_count;
@@ -340,9 +337,9 @@ void obstacle_look(Contact *c) {
 void obstacle_find(Contact *c, double dt) {
     obstacle_search(c, true, dt);
     obstacle_look(c);
-    for (int k = 0; k < c->due_touch_count; k++) {
-        const Touch *touch = &c->touches[c->due_touches[k]];
-        c->statistics.smallest_gap = min2(c->statistics.smallest_gap, touch->distance);
+    for (int k = 0; k < c->due_group_count; k++) {
+        double gap = c->group_touches[c->due_groups[k]].gap;
+        c->statistics.smallest_gap = min2(c->statistics.smallest_gap, gap);
     }
 }
 

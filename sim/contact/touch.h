@@ -30,9 +30,10 @@ typedef struct Touch {
 /* A group at an obstacle: the same rules as for a GroupPair. */
 typedef struct GroupTouch {
     double path, limit, near, speed;
-    double earliest;  /* [m] path at which the first of its touches must be looked at */
-    int begin, count; /* its touches */
-    int looked;       /* of those, at the last look; then: those that are near */
+    double earliest;        /* [m] path at which the first of its touches must be looked at */
+    double gap;             /* [m] smallest distance of those that are near */
+    int begin, count;       /* its touches */
+    int looked, near_count; /* at the last look: triangles that were due; touches that are near */
 } GroupTouch;
 
 /* Distance and normal of a vertex at an obstacle, kept while positions stay. */
@@ -71,7 +72,7 @@ int obstacle_remember(const Contact *c, PairMemory *memory, int room);
 /* obstacle_motion.c */
 void obstacle_place(Contact *c, int obstacle); /* its frame, from its pose */
 void obstacle_demand(Contact *c, double dt, double time_end);
-/* [m/s] of the obstacle at the contact point, from its demanded motion */
+/* [m/s] of a moving obstacle at the contact point, from its demanded motion */
 Vec3 obstacle_velocity(const Contact *c, const Touch *touch, double dt);
 /* [m] how far it will reach along the normal beyond the plane of now */
 double obstacle_reach(const Contact *c, const Touch *touch);
