@@ -162,6 +162,8 @@ static double rig_play(Rig *r, Programme *programme, double seconds, double *lea
             Vec3 p = programme(r, i, time + STEP);
             r->lanes.x[0][i] = p.x, r->lanes.x[1][i] = p.y, r->lanes.x[2][i] = p.z;
         }
+        contact_drifted(r->contact, rig_fastest(r), STEP);
+        assert_false(contact_statistics(r->contact)->rejected);
         *least = step % (int)(seconds / STEP / CHECKS) == 0 ? fmin(*least, rig_apart(r)) : *least;
     }
     *least = fmin(*least, rig_apart(r));
@@ -273,11 +275,29 @@ static void test_throw(void **unused) {
     arena_free(&r.bench.arena);
 }
 
+/* what leaps after the proof was asked is told so */
+static void test_leap(void **unused) {
+    (void)unused;
+    Rig r;
+    rig_make(&r, false, vec3(0.013, 0.007, -0.3));
+    assert_true(rig_begin(&r));
+    double speed[3] = {1e-3, 1e-3, 0.3 / STEP};
+    for (int step = 0; step < 3; step++) {
+        contact_forces(r.contact, STEP, 1.0, (step + 1) * STEP);
+        contact_clear(r.contact, vec3(0, 0, 0));
+        contact_guard(r.contact, STEP);
+        assert_true(r.contact->quiet.holds);
+        contact_drifted(r.contact, speed[step], STEP);
+        assert_int_equal(contact_statistics(r.contact)->rejected, step == 2);
+    }
+    arena_free(&r.bench.arena);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_roll),    cmocka_unit_test(test_fold),
         cmocka_unit_test(test_crumple), cmocka_unit_test(test_squeeze),
-        cmocka_unit_test(test_throw),
+        cmocka_unit_test(test_throw),   cmocka_unit_test(test_leap),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

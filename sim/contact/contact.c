@@ -88,8 +88,8 @@ static void create_obstacles(Contact *c, Arena *arena) {
     int groups = contact_cloth_groups(c);
     c->group_touches = arena_push(arena, GroupTouch, groups * o);
     c->owner_wanted = arena_push(arena, unsigned char, groups *o);
-    c->due_groups = arena_push(arena, int, groups * o);
-    c->touch_counts = arena_push(arena, int, groups * o);
+    c->due_groups = arena_push(arena, int, groups *o);
+    c->touch_counts = arena_push(arena, int, groups *o);
     c->distances = arena_push(arena, VertexDistance, n * o);
     c->poses = arena_push(arena, Pose, o);
     c->frames = arena_push(arena, Frame, o);
@@ -508,12 +508,12 @@ static bool passes_quietly(Contact *c, double dt) {
     if (!c->quiet.holds) {
         return false;
     }
-    if (quiet_spend(c, dt)) {
+    if (quiet_has_room(c, dt)) {
         return true;
     }
     contact_gather(c);
     gather_velocities(c);
-    if (quiet_prove(c, dt) && quiet_spend(c, dt)) {
+    if (quiet_prove(c, dt) && quiet_has_room(c, dt)) {
         return true;
     }
     c->quiet.holds = false;
@@ -553,6 +553,12 @@ void contact_guard(Contact *c, double dt) {
     contact_count_losses(c);
     write_changed(c);
     c->statistics.seconds += clock_seconds() - start;
+}
+
+void contact_drifted(Contact *c, double fastest, double dt) {
+    if (c->quiet.holds && !quiet_spend(c, fastest, dt)) {
+        c->statistics.rejected = true;
+    }
 }
 
 const ContactStatistics *contact_statistics(const Contact *c) { return &c->statistics; }

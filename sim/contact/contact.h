@@ -75,7 +75,8 @@ typedef struct ContactStatistics {
     double stiffened; /* [J] stored by making the law stiffer for the next interval */
     double approach;  /* [m/s] fastest approach of a near pair */
     double rounds, zones, zone_vertices; /* of collisions; impact zones, summed over steps */
-    bool rejected; /* impact zones would take too much: the interval is not to be used */
+    bool
+        rejected; /* the interval is not to be used: impact zones would take too much, or it leapt */
     double seconds, search_seconds; /* [s] of the clock: all of contact; the lists in it */
 } ContactStatistics;
 
@@ -116,7 +117,8 @@ double contact_motion_end(const ContactObstacle *obstacle);
 /* Energy E [J], force -dE/dd [N] and stiffness [N/m] of the law above. */
 double contact_law(double distance, double dhat, double k, double *force, double *curvature);
 
-/* ---- explicit road (the implicit one: barrier.h): begin, then per step: forces, kick, clear, repel, guard, drift; end ---- */
+/* ---- explicit road (the implicit one: barrier.h): begin, then per step: forces, kick,
+ * clear, repel, guard, drift, drifted; end ---- */
 
 /* Takes over memory and makes the lists. */
 void contact_begin(Contact *contact, ContactView view, const ContactMemory *memory, double dt);
@@ -132,6 +134,9 @@ void contact_repel(Contact *contact, double dt);
 /* Changes velocities so that nothing crosses in x += dt v, and moves the obstacles as far as the
  * cloth lets them. */
 void contact_guard(Contact *contact, double dt);
+/* After the drift, in which no vertex was faster than `fastest` [m/s]. Sets statistics.rejected when that
+ * was too fast for what was known before it. */
+void contact_drifted(Contact *contact, double fastest, double dt);
 /* Writes what the next interval needs. */
 void contact_end(Contact *contact, ContactMemory *memory);
 

@@ -69,10 +69,10 @@ struct Contact {
     int *vertex_groups;      /* groups of every vertex */
     unsigned char *wanted;   /* (group_pair_room) group pairs to be searched */
     int wanted_room;
-    int *wanted_counts;   /* of chunks of them */
-    int *due_owners;      /* (due_owner_count) group pairs with pairs to be looked at */
-    int *due_counts;      /* of chunks of them */
-    int *near_counts;     /* (due_owner_count) near pairs of each */
+    int *wanted_counts; /* of chunks of them */
+    int *due_owners;    /* (due_owner_count) group pairs with pairs to be looked at */
+    int *due_counts;    /* of chunks of them */
+    int *near_counts;   /* (due_owner_count) near pairs of each */
     int due_owner_count;
     bool advanced;        /* wanted and due_owners are those of the paths of now */
     int *near_pairs;      /* (due_room) those of each from its `begin` on */
@@ -104,18 +104,18 @@ struct Contact {
     double level_step;   /* [m] how much nearer any two groups come in this step, at most */
     double *weight_kept; /* [1/kg] (vertex_count) lanes weight without contact */
     /* obstacles */
-    GroupTouch *group_touches; /* (group_count x obstacle_count) */
+    GroupTouch *group_touches;   /* (group_count x obstacle_count) */
     unsigned char *owner_wanted; /* likewise: to be searched */
     int *due_groups;             /* likewise: with touches to be looked at */
     Touch *touches;              /* (touch_end) in blocks of groups, and holes */
-    double *touch_due;           /* [m] (touch_end) path of the group at which it must be looked at */
-    Touch *old_touches;          /* the other half of a room that is used in turns */
+    double *touch_due;  /* [m] (touch_end) path of the group at which it must be looked at */
+    Touch *old_touches; /* the other half of a room that is used in turns */
     double *old_touch_due;
     int touch_count, touch_end, touch_room; /* touch_count: without holes */
     int *due_touches;
     int due_touch_count;
-    int *looked;               /* (touch_room) triangles of each group from its `begin` on */
-    int *near_touches;         /* (touch_room) likewise */
+    int *looked;       /* (touch_room) triangles of each group from its `begin` on */
+    int *near_touches; /* (touch_room) likewise */
     int due_group_count;
     int *touch_counts;         /* of chunks of groups */
     VertexDistance *distances; /* (vertex_count x obstacle_count) */

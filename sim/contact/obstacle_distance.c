@@ -54,8 +54,7 @@ static void search_triangle(const Contact *c, Touch *touch, const VertexDistance
     Vec3 place[3] = {v[0]->place, v[1]->place, v[2]->place};
     Vec3 normal[3] = {v[0]->normal, v[1]->normal, v[2]->normal}, nearest = {0, 0, 0}, up;
     double d[3] = {v[0]->distance, v[1]->distance, v[2]->distance};
-    touch->feature =
-        (short)solid_nearest_on_triangle(solid, place, d, normal, touch->weight);
+    touch->feature = (short)solid_nearest_on_triangle(solid, place, d, normal, touch->weight);
     for (int k = 0; k < 3; k++) {
         nearest = vec3_axpy(nearest, touch->weight[k], place[k]);
     }

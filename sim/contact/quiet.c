@@ -4,6 +4,8 @@
 
 #include "sim/contact/engine.h"
 
+#define QUIET_FASTER 2.0 /* than in the last step: more makes the interval be done again */
+
 static bool is_lattice(const Surface *surface, int panel) { return surface->panels[panel].nu > 0; }
 
 /* ---- trees ---- */
@@ -255,9 +257,10 @@ bool quiet_prove(Contact *c, double dt) {
     Quiet *quiet = &c->quiet;
     const ContactMotion *motion = &c->view.motion;
     Points x = contact_positions(c);
+    quiet->fastest = motion->fastest(motion->owner);
     Proof proof = {.c = c,
                    .near_motion = dt * relative_speed(c),
-                   .far_motion = dt * (2.0 * motion->fastest(motion->owner) + fastest_obstacle(c)),
+                   .far_motion = dt * (2.0 * quiet->fastest + fastest_obstacle(c)),
                    .near_room = INFINITY,
                    .far_room = INFINITY,
                    .steps = CONTACT_QUIET_STEPS};
@@ -276,15 +279,23 @@ bool quiet_prove(Contact *c, double dt) {
     return quiet->holds;
 }
 
-bool quiet_spend(Contact *c, double dt) {
+bool quiet_has_room(Contact *c, double dt) {
     Quiet *quiet = &c->quiet;
     const ContactMotion *motion = &c->view.motion;
-    double step = 2.0 * dt * motion->fastest(motion->owner);
-    quiet->far_path += step + dt * fastest_obstacle(c);
-    quiet->near_path += step;
-    if (quiet->near_path >= quiet->near_room) {
+    double step = QUIET_FASTER * 2.0 * dt * quiet->fastest;
+    if (quiet->near_path + step >= quiet->near_room) {
         double spread = motion->spread(motion->owner);
-        quiet->near_path = spread < quiet->spread_room ? spread + step : INFINITY;
+        quiet->near_path = spread < quiet->spread_room ? spread : INFINITY;
     }
+    return quiet->near_path + step < quiet->near_room &&
+           quiet->far_path + step + dt * fastest_obstacle(c) < quiet->far_room;
+}
+
+bool quiet_spend(Contact *c, double fastest, double dt) {
+    Quiet *quiet = &c->quiet;
+    double step = 2.0 * dt * fastest;
+    quiet->fastest = fastest;
+    quiet->near_path += step;
+    quiet->far_path += step + dt * fastest_obstacle(c);
     return quiet->near_path < quiet->near_room && quiet->far_path < quiet->far_room;
 }

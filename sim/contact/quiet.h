@@ -39,6 +39,7 @@ typedef struct Quiet {
     double near_room, near_path; /* [m] of neighbours against each other */
     double far_room, far_path;   /* [m] of two bodies towards each other */
     double spread_room;          /* [m] a larger spread is worth a new proof */
+    double fastest;              /* [m/s] vertex in the last step */
     double retry;                /* step of the interval from which on to try again */
 } Quiet;
 
@@ -48,7 +49,11 @@ Quiet quiet_create(const Surface *surface, Arena *arena);
  * gathered in the contact. */
 bool quiet_prove(Contact *contact, double dt);
 
-/* Takes the step of dt that follows out of the rooms; false: the proof ends before it. */
-bool quiet_spend(Contact *contact, double dt);
+/* Does the proof hold for the step of dt that follows, if nothing becomes twice as fast in it? */
+bool quiet_has_room(Contact *contact, double dt);
+
+/* Takes a step of dt out of the rooms, in which no vertex was faster than `fastest` [m/s]; false: it
+ * was too long. */
+bool quiet_spend(Contact *contact, double fastest, double dt);
 
 #endif

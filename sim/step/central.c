@@ -111,10 +111,10 @@ static double longest_step(const System *system, const Central *central, const S
     return fmin(longest, contact_longest_step(&system->contact, &state->contact));
 }
 
-static bool say_why(const Central *central, const State *state, double shortest,
-                    const ExplicitResult *result, Error *error) {
+static bool say_why(const System *system, const Central *central, const State *state,
+                    double shortest, const ExplicitResult *result, Error *error) {
     const char *name = central->symplectic_euler ? "symplectic_euler" : "central";
-    if (result->contact.rejected) {
+    if (result->contact.rejected && system->contact.impulses) {
         return error_set(error, EXIT_DIFFERS,
                          "%s: no step down to %.2g s parts the cloth by impulses from t = %g s on: "
                          "impact zones would glue more than 2 %% of it; 'contact: penalty' may",
@@ -239,7 +239,7 @@ static bool advance(const System *system, void *data, State *state, double time_
         statistics->retries++;
         longest = 0.5 * run.dt;
     }
-    return say_why(central, state, longest, &result, error);
+    return say_why(system, central, state, longest, &result, error);
 }
 
 const Stepper stepper_central = {

@@ -456,7 +456,11 @@ static void change_by_contact(Explicit *e, void (*change)(Contact *, double), do
 static double guarded_drift(Explicit *e, double dt) {
     change_by_contact(e, contact_guard, dt);
     count_sides(e);
-    return drift(e, dt);
+    double fastest = drift(e, dt);
+    if (e->contact) {
+        contact_drifted(e->contact, fastest, dt);
+    }
+    return fastest;
 }
 
 /* kinetic damping: true when a kill happened at an energy below the target */
