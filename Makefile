@@ -54,20 +54,24 @@ TESTS := $(patsubst tests/%.c,$(BUILD)/tests/%,$(TEST_SOURCES))
 .PHONY: all
 all: $(BUILD)/toile-sim $(BUILD)/toile-render
 
-# the explicit sweep is compiled once per vector width; the processor is asked at run time
-SWEEP_VARIANTS := scalar sse2 avx2 avx512
-SWEEP_FLAGS_scalar := -O2 -fno-tree-vectorize
-SWEEP_FLAGS_sse2 := -O2 -fopenmp-simd -DSWEEP_SIMD
-SWEEP_FLAGS_avx2 := -O2 -fopenmp-simd -DSWEEP_SIMD -mavx2
-SWEEP_FLAGS_avx512 := -O2 -fopenmp-simd -DSWEEP_SIMD -mavx512f -mavx512dq -mavx512vl \
+# row loops are compiled once per vector width; the processor is asked at run time (sim/base/vector.h)
+VECTOR_KERNELS := sim/model/sweep_kernel sim/contact/pair_kernel
+VECTOR_VARIANTS := scalar sse2 avx2 avx512
+VECTOR_FLAGS_scalar := -O2 -fno-tree-vectorize
+VECTOR_FLAGS_sse2 := -O2 -fopenmp-simd -DVECTOR_SIMD
+VECTOR_FLAGS_avx2 := -O2 -fopenmp-simd -DVECTOR_SIMD -mavx2
+VECTOR_FLAGS_avx512 := -O2 -fopenmp-simd -DVECTOR_SIMD -mavx512f -mavx512dq -mavx512vl \
 	-mprefer-vector-width=512
-SWEEP_OBJECTS := $(SWEEP_VARIANTS:%=$(BUILD)/sim/model/sweep_kernel.%.o)
-SIM_OBJECTS := $(filter-out $(BUILD)/sim/model/sweep_kernel.o,$(SIM_OBJECTS)) $(SWEEP_OBJECTS)
+SIM_OBJECTS := $(filter-out $(VECTOR_KERNELS:%=$(BUILD)/%.o),$(SIM_OBJECTS)) \
+	$(foreach kernel,$(VECTOR_KERNELS),$(VECTOR_VARIANTS:%=$(BUILD)/$(kernel).%.o))
 
-$(BUILD)/sim/model/sweep_kernel.%.o: sim/model/sweep_kernel.c
-	@mkdir -p $(@D)
-	@echo "cc   $< ($*)"
-	@$(CC) $(CPPFLAGS) $(CFLAGS) $(SWEEP_FLAGS_$*) -DSWEEP_VARIANT=$* -c $< -o $@
+define vector_rule
+$(BUILD)/$(1).%.o: $(1).c
+	@mkdir -p $$(@D)
+	@echo "cc   $$< ($$*)"
+	@$$(CC) $$(CPPFLAGS) $$(CFLAGS) $$(VECTOR_FLAGS_$$*) -DVECTOR_VARIANT=$$* -c $$< -o $$@
+endef
+$(foreach kernel,$(VECTOR_KERNELS),$(eval $(call vector_rule,$(kernel))))
 
 $(BUILD)/%.o: %.c
 	@mkdir -p $(@D)

@@ -41,7 +41,7 @@ SCENE
 first=""
 bad=0
 run() {
-    hash=$(TOILE_SWEEP=${3:-} "build/$1/toile-sim" sim "$folder/scene.yaml" -o "$folder/run" \
+    hash=$(TOILE_VECTORS=${3:-} "build/$1/toile-sim" sim "$folder/scene.yaml" -o "$folder/run" \
         --force --quiet --json --threads "$2" | sed 's/.*"state_hash": "\([0-9a-f]*\)".*/\1/')
     echo "determinism: $1, $2 threads${3:+, $3}: $hash"
     first=${first:-$hash}

@@ -3,7 +3,7 @@
 set -eu
 cd "$(dirname "$0")/.."
 flags="-std=c17 -I. -isystem /usr/include/suitesparse -D_GNU_SOURCE -DTOILE_SOURCE_DIR=\"/tmp\"
-    -DSWEEP_VARIANT=scalar"
+    -DVECTOR_VARIANT=scalar"
 files=$(git ls-files 'sim/*.c' 'render/*.c')
 bad=0
 printf '%s\n' $files | xargs -P 2 -n 1 sh -c '
@@ -19,5 +19,5 @@ rm -f /tmp/toile_tidy.$$
 cppcheck --std=c11 --quiet --inline-suppr --error-exitcode=1 --enable=warning,portability \
     --suppress=missingIncludeSystem --suppress=uninitvar -I. -D_GNU_SOURCE \
     --suppress=negativeIndex:sim/model/sweep_kernel.c \
-    -DTOILE_SOURCE_DIR='"."' -DSWEEP_VARIANT=scalar $files && echo "cppcheck: ok" || bad=1
+    -DTOILE_SOURCE_DIR='"."' -DVECTOR_VARIANT=scalar $files && echo "cppcheck: ok" || bad=1
 exit "$bad"

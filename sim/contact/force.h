@@ -8,6 +8,9 @@
 #include "sim/base/parallel.h"
 #include "sim/contact/engine.h"
 
+/* Memory that is read soon. */
+static inline void contact_fetch(const void *p) { __builtin_prefetch(p); }
+
 /* Velocity of the point with these weights. */
 static inline Vec3 contact_point_velocity(const Contact *c, int count, const int *place,
                                           const double *weight) {

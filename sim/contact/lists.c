@@ -12,8 +12,11 @@
 
 Lists lists_create(const Surface *surface, const double *start, bool cloth_meets_cloth,
                    Arena *arena) {
-    Lists l = {
-        .surface = surface, .cloth_meets_cloth = cloth_meets_cloth, .arena = arena, .stamp = 1};
+    Lists l = {.surface = surface,
+               .cloth_meets_cloth = cloth_meets_cloth,
+               .width = vector_best(),
+               .arena = arena,
+               .stamp = 1};
     l.slopes = arena_push(arena, GroupSlopes, surface->group_count);
     l.bounds = arena_push(arena, GroupBounds, surface->group_count);
     l.boxes = arena_push(arena, Box, surface->group_count);

@@ -15,6 +15,7 @@
 #ifndef TOILE_CONTACT_LISTS_H
 #define TOILE_CONTACT_LISTS_H
 
+#include "sim/base/vector.h"
 #include "sim/contact/flatness.h"
 
 /* One cache line: every step reads all of them. */
@@ -38,12 +39,12 @@ typedef enum PairKind {
 typedef struct Pair {
     PairKind kind;
     int place[4];
-    double dhat;      /* [m] contact distance of this pair */
+    int feature;      /* what holds the closest points, see closest.h */
     double distance;  /* [m] as evaluated last */
     Vec3 normal;      /* from the second feature to the first */
+    double dhat;      /* [m] contact distance of this pair */
     double weight[4]; /* of the closest points: + first, - second feature */
     double soft;      /* share of the stiffness left between almost parallel edges */
-    int feature;      /* what holds the closest points, see closest.h */
     Vec3 bristle;     /* [m] */
 } Pair;
 
@@ -72,6 +73,7 @@ typedef struct Found {
 typedef struct Lists {
     const Surface *surface;
     bool cloth_meets_cloth;
+    VectorWidth width; /* of the code that pairs are evaluated with */
     Arena *arena;
     BoxTree tree;
     GroupBounds *bounds; /* (group_count) */

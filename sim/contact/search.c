@@ -6,6 +6,7 @@
 
 #include "sim/base/parallel.h"
 #include "sim/contact/constants.h"
+#include "sim/contact/pair_batch.h"
 
 #define TRIM_BINS 32      /* of distance, to choose a slack */
 #define SAFE_FAR 1.0001   /* more than rounding does to a squared distance */
@@ -18,6 +19,7 @@ typedef struct Search {
     const Lists *lists;
     Found *found;
     const Points *x;
+    PairBatch *batch;
     double path, reach, near, dhat;
     const SurfacePanel
         *scattered; /* of both, or NULL: neighbours may be nearer than dhat at rest */
@@ -46,17 +48,28 @@ static void add_pair(const Search *s, PairKind kind, int a, int b, int c, int d)
         found->full = true;
         return;
     }
-    Pair *pair = &found->pairs[found->count];
+    Pair *pair = &found->pairs[found->count++];
     *pair = (Pair){.kind = kind, .place = {a, b, c, d}, .dhat = s->dhat};
-    pair_evaluate(s->x, pair);
-    if (pair->distance > s->reach) {
-        return;
+    pair_batch_add(s->batch, s->x, pair);
+}
+
+/* of those from `first` on, when all are evaluated */
+static void keep_within_reach(const Search *s, int first) {
+    Found *found = s->found;
+    int kept = first;
+    for (int p = first; p < found->count; p++) {
+        Pair *pair = &found->pairs[p];
+        if (pair->distance > s->reach) {
+            continue;
+        }
+        if (s->scattered) {
+            pair->dhat = pair_rest_limit(s->scattered, pair, s->dhat);
+        }
+        lists_recall(s->lists, pair);
+        found->due[kept] = s->path + pair->distance - s->near;
+        found->pairs[kept++] = *pair;
     }
-    if (s->scattered) {
-        pair->dhat = pair_rest_limit(s->scattered, pair, s->dhat);
-    }
-    lists_recall(s->lists, pair);
-    found->due[found->count++] = s->path + pair->distance - s->near;
+    found->count = kept;
 }
 
 static inline Box box_of(const Points *x, const int *places, int count) {
@@ -211,7 +224,7 @@ static void judge_chunk(int chunk, int first, int end, void *context) {
     }
 }
 
-static void search_one(const SearchJob *job, int k, Found *found) {
+static void search_one(const SearchJob *job, int k, Found *found, PairBatch *batch) {
     Lists *l = job->lists;
     GroupPair *pair = &l->group_pairs[l->searched[k]];
     const SurfacePanel *of_a = panel_of(l, pair->a), *of_b = panel_of(l, pair->b);
@@ -230,6 +243,7 @@ static void search_one(const SearchJob *job, int k, Found *found) {
     Search search = {.lists = l,
                      .found = found,
                      .x = job->x,
+                     .batch = batch,
                      .path = pair->path,
                      .reach = pair->near + longest,
                      .near = pair->near,
@@ -237,9 +251,11 @@ static void search_one(const SearchJob *job, int k, Found *found) {
                      .scattered = of_a == of_b && of_a->nu == 0 ? of_a : NULL};
     int first = found->count;
     search_pair(&search, pair);
+    pair_batch_end(batch);
     if (found->full) {
         return;
     }
+    keep_within_reach(&search, first);
     pair->dense = found->count - first > CONTACT_FEW_PAIRS;
     pair->limit = pair->path + trim_pairs(found, first, pair->near, slack, longest);
     pair->count = found->count - first;
@@ -253,10 +269,12 @@ static void search_one(const SearchJob *job, int k, Found *found) {
 static void search_chunk(int chunk, int first, int end, void *context) {
     const SearchJob *job = context;
     Found *found = &job->lists->found[chunk];
+    PairBatch batch;
+    pair_batch_begin(&batch, job->lists->width);
     found->count = 0;
     found->full = false;
     for (int k = first; k < end && !found->full; k++) {
-        search_one(job, k, found);
+        search_one(job, k, found, &batch);
     }
 }
 

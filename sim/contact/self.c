@@ -5,6 +5,7 @@
 #include "sim/base/clock.h"
 #include "sim/base/parallel.h"
 #include "sim/contact/force.h"
+#include "sim/contact/pair_batch.h"
 
 /* what a thread takes at once, some 10 us: group pairs to be asked, to be evaluated */
 #define OWNER_GRAIN 1000
@@ -147,33 +148,47 @@ static void advance(Contact *c, double dt) {
     c->advanced = true;
 }
 
-/* the pairs of one group pair that are due by its path, evaluated; those that are near into
- * c->near_pairs from owner->begin on. Returns their number. */
-static int evaluate_block(Contact *c, const Points *x, GroupPair *owner) {
+/* the pairs of one group pair that are due by its path and may be near: into the batch */
+static void choose_pairs(Contact *c, const Points *x, const GroupPair *owner, PairBatch *batch) {
     Lists *l = &c->lists;
-    bool known = owner->evaluated == l->stamp;
+    double near = owner->near;
+    int *due = c->near_pairs + owner->begin, count = 0;
+    for (int p = owner->begin; p < owner->begin + owner->count; p++) {
+        if (owner->path >= l->due[p]) {
+            contact_fetch(&l->pairs[p].distance);
+            due[count++] = p;
+        }
+    }
+    for (int k = 0; k < count; k++) {
+        int p = due[k];
+        Pair *pair = &l->pairs[p];
+        double bound = pair->distance > near ? pair_bound(x, pair) : 0.0;
+        if (bound <= near) {
+            pair_batch_add(batch, x, pair);
+        } else {
+            l->due[p] = owner->path + bound - near;
+            pair->bristle = vec3(0, 0, 0);
+        }
+    }
+}
+
+/* ... after the batch; those that are near into c->near_pairs from owner->begin on. Returns their
+ * number. */
+static int keep_near(Contact *c, GroupPair *owner) {
+    Lists *l = &c->lists;
     double near = owner->near, earliest = INFINITY;
     int *found = c->near_pairs + owner->begin, count = 0;
     for (int p = owner->begin; p < owner->begin + owner->count; p++) {
-        if (owner->path < l->due[p]) {
-            earliest = min2(earliest, l->due[p]);
-            continue;
-        }
-        Pair *pair = &l->pairs[p];
-        if (!known) {
-            double bound = pair->distance > near ? pair_bound(x, pair) : 0.0;
-            if (bound <= near) {
-                pair_evaluate(x, pair);
-                bound = pair->distance;
+        if (owner->path >= l->due[p]) {
+            Pair *pair = &l->pairs[p];
+            l->due[p] = owner->path + pair->distance - near;
+            if (pair->distance <= near) {
+                found[count++] = p;
+            } else {
+                pair->bristle = vec3(0, 0, 0);
             }
-            l->due[p] = owner->path + bound - near;
         }
         earliest = min2(earliest, l->due[p]);
-        if (pair->distance <= near) {
-            found[count++] = p;
-        } else {
-            pair->bristle = vec3(0, 0, 0);
-        }
     }
     owner->earliest = earliest;
     owner->evaluated = l->stamp;
@@ -184,8 +199,18 @@ static void evaluate_chunk(int chunk, int first, int end, void *context) {
     (void)chunk;
     Contact *c = context;
     Points x = contact_positions(c);
+    Lists *l = &c->lists;
+    PairBatch batch;
+    pair_batch_begin(&batch, l->width);
     for (int k = first; k < end; k++) {
-        c->near_counts[k] = evaluate_block(c, &x, &c->lists.group_pairs[c->due_owners[k]]);
+        const GroupPair *owner = &l->group_pairs[c->due_owners[k]];
+        if (owner->evaluated != l->stamp) {
+            choose_pairs(c, &x, owner, &batch);
+        }
+    }
+    pair_batch_end(&batch);
+    for (int k = first; k < end; k++) {
+        c->near_counts[k] = keep_near(c, &l->group_pairs[c->due_owners[k]]);
     }
 }
 

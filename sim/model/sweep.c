@@ -4,6 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "sim/base/vector.h"
+
 extern const SweepKernel sweep_kernel_scalar, sweep_kernel_sse2, sweep_kernel_avx2,
     sweep_kernel_avx512;
 
@@ -11,27 +13,15 @@ const SweepKernel *const sweep_kernels[] = {&sweep_kernel_scalar, &sweep_kernel_
                                             &sweep_kernel_avx2, &sweep_kernel_avx512, NULL};
 
 bool sweep_kernel_runs_here(const SweepKernel *kernel) {
-    if (kernel == &sweep_kernel_avx512) {
-        return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
-               __builtin_cpu_supports("avx512vl");
+    for (VectorWidth width = VECTOR_SCALAR; width < VECTOR_WIDTHS; width++) {
+        if (kernel == sweep_kernels[width]) {
+            return vector_runs_here(width);
+        }
     }
-    return kernel != &sweep_kernel_avx2 || __builtin_cpu_supports("avx2");
+    return false;
 }
 
-const SweepKernel *sweep_kernel_best(void) {
-    const char *wanted = getenv("TOILE_SWEEP");
-    const SweepKernel *best = sweep_kernels[0];
-    for (const SweepKernel *const *kernel = sweep_kernels; *kernel; kernel++) {
-        if (!sweep_kernel_runs_here(*kernel)) {
-            continue;
-        }
-        best = *kernel;
-        if (wanted && strcmp(wanted, best->name) == 0) {
-            return best;
-        }
-    }
-    return best;
-}
+const SweepKernel *sweep_kernel_best(void) { return sweep_kernels[vector_best()]; }
 
 void sweep_wrap_rows(const SweepLattice *l, double *const x[3]) {
     if (!l->wrap) {

@@ -74,7 +74,7 @@ typedef struct SweepKernel {
 extern const SweepKernel *const sweep_kernels[];
 
 bool sweep_kernel_runs_here(const SweepKernel *kernel); /* does the processor know it? */
-const SweepKernel *sweep_kernel_best(void);             /* the one to use; TOILE_SWEEP overrides */
+const SweepKernel *sweep_kernel_best(void);             /* of vector_best() */
 
 /* Copies the first and last two nodes of every row of a wrapped lattice outside. */
 void sweep_wrap_rows(const SweepLattice *lattice, double *const x[3]);

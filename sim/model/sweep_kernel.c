@@ -1,22 +1,12 @@
 /* sweep_kernel.c: the row loops of sweep.h. Compiled once per vector width (see the Makefile):
- * SWEEP_VARIANT names the variant, SWEEP_SIMD asks for vector code.
+ * VECTOR_VARIANT names the variant, VECTOR_SIMD asks for vector code.
  *
  * Letters (mlpg.h): F1, F2 slopes of a cell, k its twist, P1, P2 membrane force along the cell's
  * edges, S = P1 - Q and T = P1 + Q with Q the twist force; m11, m22 bending moments at nodes. */
 #include <stddef.h>
 
+#include "sim/base/vector.h"
 #include "sim/model/sweep.h"
-
-#ifdef SWEEP_SIMD
-#define ROW_LOOP _Pragma("omp simd")
-#else
-#define ROW_LOOP
-#endif
-
-#define JOIN_(a, b) a##b
-#define JOIN(a, b) JOIN_(a, b)
-#define TEXT_(a) #a
-#define TEXT(a) TEXT_(a)
 
 /* membrane forces of one row of cells */
 typedef struct CellRow {
@@ -86,7 +76,7 @@ static void cell_row(const SweepLattice *l, const Lanes *lanes, int j, CellRow *
     double to_p1 = area * to_f1, to_p2 = area * to_f2;
     double c11 = l->c11, c12 = l->c12, c22 = l->c22, c66 = l->c66;
     double twist = 4.0 * l->d66, glass = l->hourglass * area / 12.0;
-    ROW_LOOP
+    VECTOR_LOOP
     for (int i = 0; i < whole(cell_count); i++) {
         double ex = xa[i + 1] - xa[i], ey = ya[i + 1] - ya[i], ez = za[i + 1] - za[i];
         double gx = xb[i + 1] - xb[i], gy = yb[i + 1] - yb[i], gz = zb[i + 1] - zb[i];
@@ -153,7 +143,7 @@ static void moment_component(const SweepLattice *l, const double *x, int j,
     double to_k1 = 1.0 / (l->h1 * l->h1), to_k2 = scale2 / (l->h2 * l->h2);
     double w = l->h1 * l->h2 * (j == 0 || j == l->nv - 1 ? 0.5 : 1.0);
     double w11 = w * l->d11, w12 = w * l->d12, w22 = w * l->d22 * scale2, w21 = w12 * scale2;
-    ROW_LOOP
+    VECTOR_LOOP
     for (int i = 0; i < count; i++) {
         double k11 = to_k1 * ((row[i - 1] - row[i]) + (row[i + 1] - row[i]));
         double k22 = to_k2 * ((low[i] - mid[i]) + (high[i] - mid[i]));
@@ -163,7 +153,7 @@ static void moment_component(const SweepLattice *l, const double *x, int j,
     if (normal) {
         double rest11 = w11 * l->rest1 + w * l->d12 * l->rest2;
         double rest22 = w22 * l->rest2 + w21 * l->rest1;
-        ROW_LOOP
+        VECTOR_LOOP
         for (int i = 0; i < count; i++) {
             m11[i] -= rest11 * normal[i];
             m22[i] -= rest22 * normal[i];
@@ -222,7 +212,7 @@ static void rest_row(const SweepLattice *l, const Lanes *lanes, int j, double *c
     double *restrict nx = normal[0], *restrict ny = normal[1], *restrict nz = normal[2];
     double *restrict ax = turn1[0], *restrict ay = turn1[1], *restrict az = turn1[2];
     double *restrict bx = turn2[0], *restrict by = turn2[1], *restrict bz = turn2[2];
-    ROW_LOOP
+    VECTOR_LOOP
     for (int i = 0; i < whole(l->nu); i++) {
         double ux = to_f1 * (x1[i + 1] - x1[i - 1]), uy = to_f1 * (y1[i + 1] - y1[i - 1]);
         double uz = to_f1 * (z1[i + 1] - z1[i - 1]);
@@ -261,7 +251,7 @@ static void gather_turns(const SweepLattice *l, const Rows *rows, int j, int c) 
     const double *restrict own = rows->turn2[1][c], *restrict high = rows->turn2[2][c];
     double *restrict force = rows->force[c];
     double from_own = j == 0 ? -1.0 : j == l->nv - 1 ? 1.0 : 0.0;
-    ROW_LOOP
+    VECTOR_LOOP
     for (int i = 0; i < whole(l->nu); i++) {
         force[i] += (a[i - 1] - a[i + 1]) + (low[i] - high[i]) + from_own * own[i];
     }
@@ -309,7 +299,7 @@ static void moment_row(const SweepLattice *l, const Lanes *lanes, int j, const R
                              rows->spare[1][c]);
             double *restrict sum = m22[c];
             const double *restrict add = rows->spare[1][c];
-            ROW_LOOP
+            VECTOR_LOOP
             for (int i = 0; i < whole(l->nu); i++) {
                 sum[i] += add[i];
             }
@@ -325,7 +315,7 @@ static void gather_force(const SweepLattice *l, const Rows *rows, const CellRow 
     const double *restrict mid = rows->m22[1][c], *restrict high = rows->m22[2][c];
     double *restrict force = rows->force[c];
     double to_f1 = 1.0 / (l->h1 * l->h1), to_f2 = 1.0 / (l->h2 * l->h2);
-    ROW_LOOP
+    VECTOR_LOOP
     for (int i = 0; i < whole(l->nu); i++) {
         double membrane =
             (pa[i] + pa[i - 1]) + (sa[i] - sa[i - 1]) + (tb[i] - tb[i - 1]) - (pb[i] + pb[i - 1]);
@@ -343,7 +333,7 @@ static void kick_row(const SweepLattice *l, const Lanes *lanes, const SweepKick 
     const double *restrict force = row_force;
     double dt = kick->dt, keep = kick->keep;
     double push = dt * (c == 0 ? kick->push.x : c == 1 ? kick->push.y : kick->push.z);
-    ROW_LOOP
+    VECTOR_LOOP
     for (int i = 0; i < l->nu; i++) {
         v[i] = (v[i] + (dt * weight[i] * (force[i] + outside[i]) + push)) * keep;
     }
@@ -376,7 +366,7 @@ static void mark_long(const SweepLattice *l, const Lanes *lanes, int j, const Sw
     const double *restrict yb = ya + l->stride, *restrict zb = za + l->stride;
     double most1 = allowed * l->h1 * l->h1, most2 = allowed * l->h2 * l->h2;
     int count = l->wrap ? l->nu : l->nu - 1;
-    ROW_LOOP
+    VECTOR_LOOP
     for (int i = 0; i < whole(count); i++) {
         double ex = xa[i + 1] - xa[i], ey = ya[i + 1] - ya[i], ez = za[i + 1] - za[i];
         double gx = xb[i + 1] - xb[i], gy = yb[i + 1] - yb[i], gz = zb[i + 1] - zb[i];
@@ -444,7 +434,7 @@ static void lead_row(const SweepLattice *l, const Lanes *lanes, double ahead, do
     for (int c = 0; c < 3 && out[c] != lanes->x[c]; c++) {
         const double *restrict x = lanes->x[c] + at, *restrict v = lanes->v[c] + at;
         double *restrict led = out[c] + at;
-        ROW_LOOP
+        VECTOR_LOOP
         for (int i = 0; i < l->nu; i++) {
             led[i] = x[i] + ahead * v[i];
         }
@@ -460,7 +450,7 @@ static double drift_rows(const SweepLattice *l, const Lanes *lanes, const SweepD
         double *restrict z = lanes->x[2] + at;
         const double *restrict vx = lanes->v[0] + at, *restrict vy = lanes->v[1] + at;
         const double *restrict vz = lanes->v[2] + at;
-#ifdef SWEEP_SIMD
+#ifdef VECTOR_SIMD
 #pragma omp simd reduction(max : fastest)
 #endif
         for (int i = 0; i < l->nu; i++) {
@@ -497,7 +487,7 @@ static inline void keep_larger(Most *most, int k, double x, double y, double z) 
 static inline void most_speed(const Lanes *lanes, size_t at, int width, Most *most) {
     const double *restrict x = lanes->v[0] + at, *restrict y = lanes->v[1] + at;
     const double *restrict z = lanes->v[2] + at;
-    ROW_LOOP
+    VECTOR_LOOP
     for (int k = 0; k < width; k++) {
         keep_larger(most, k, x[k], y[k], z[k]);
     }
@@ -509,7 +499,7 @@ static inline void most_spread(const Lanes *lanes, double *const from[3], size_t
     const double *restrict x = lanes->x[0] + at, *restrict y = lanes->x[1] + at;
     const double *restrict z = lanes->x[2] + at, *restrict u = from[0] + at;
     const double *restrict v = from[1] + at, *restrict w = from[2] + at;
-    ROW_LOOP
+    VECTOR_LOOP
     for (int k = 0; k < width; k++) {
         size_t n = (size_t)k + next;
         keep_larger(most, k, (x[n] - x[k]) - (u[n] - u[k]), (y[n] - y[k]) - (v[n] - v[k]),
@@ -563,6 +553,6 @@ static double spread_of_rows(const SweepLattice *l, const Lanes *lanes, double *
     return most_of(&most);
 }
 
-extern const SweepKernel JOIN(sweep_kernel_, SWEEP_VARIANT);
-const SweepKernel JOIN(sweep_kernel_, SWEEP_VARIANT) = {TEXT(SWEEP_VARIANT), kick_rows, drift_rows,
-                                                        fastest_of_rows, spread_of_rows};
+extern const SweepKernel VECTOR_JOIN(sweep_kernel_, VECTOR_VARIANT);
+const SweepKernel VECTOR_JOIN(sweep_kernel_, VECTOR_VARIANT) = {
+    VECTOR_TEXT(VECTOR_VARIANT), kick_rows, drift_rows, fastest_of_rows, spread_of_rows};
