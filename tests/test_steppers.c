@@ -2,6 +2,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "sim/base/parallel.h"
 #include "sim/step/stepper.h"
 #include "sim/step/stochastic.h"
 #include "tests/support/check.h"
@@ -11,7 +12,7 @@
 
 typedef struct Expected {
     const char *name;
-    double order; /* in time; 0: equilibrium, no time */
+    double order; /* in time; 0: has none */
     bool contact;
 } Expected;
 
@@ -29,6 +30,7 @@ static const Expected expected[] = {
     {"one_solve", 1, false},
     {"relaxation", 0, false},
     {"stochastic", 0, false},
+    {"three_phase", 0, false}, /* random moves have no order; see test_three_phase_* */
 };
 
 static const Expected *expected_of(const Stepper *stepper) {
@@ -331,6 +333,7 @@ static void test_sweeps(void **unused) {
         const System *system = &r.bench.system;
         Stochastic *s = stochastic_create(system);
         memcpy(s->held, r.held, (size_t)system->place_count);
+        memcpy(s->weightless, r.held, (size_t)system->place_count);
         stochastic_begin(s, 0.01, 7);
         double scale = system->weight * system->size, energy = stochastic_energy(s, r.state.x);
         int rises = 0;
@@ -347,6 +350,171 @@ static void test_sweeps(void **unused) {
         assert_true(rises > 0);
         end(&r);
     }
+}
+
+/* ---- three phases ---- */
+
+/* a shaken sheet in the air, without handles */
+static void make_flying(Run *r, const char *model) {
+    memset(r, 0, sizeof *r);
+    r->bench.cloth = cloths_rectangle(0.3, 0.3, 8, 8, cloths_orthotropic());
+    r->bench.cloth.velocity = vec3(1.0, -0.5, 2.0);
+    r->bench.cloth.noise = 1e-3;
+    r->bench.cloth.model = model;
+    r->bench.scene = cloths_scene(&r->bench.cloth);
+    r->bench.scene.solver.self_contact = false;
+    bench_build(&r->bench, 0);
+}
+
+/* sum of mass times vector (place_count x 3) */
+static Vec3 sum_by_mass(const System *system, const double *vector) {
+    Vec3 sum = {0, 0, 0};
+    for (int i = 0; i < system->place_count; i++) {
+        sum = vec3_axpy(sum, system->mass[i], vec3_load(vector + 3 * i));
+    }
+    return sum;
+}
+
+/* free fall is that of symplectic Euler, and of a viscous medium, though moves one at a time do not keep
+ * momentum: without its correction the third phase would add what the sweeps moved the centre */
+static void test_three_phase_falls(void **unused) {
+    (void)unused;
+    enum { STEPS = 40, FRAMES = 2 };
+    for (int k = 0; k < 4; k++) {
+        Run r;
+        double d = k == 1 ? 3.0 : 0.0, dt = 1.0 / 30.0 / STEPS;
+        make_flying(&r, k == 2 ? "mlpg" : "particles");
+        r.bench.scene.solver.breen = k == 3;
+        const System *s = &r.bench.system;
+        for (int i = 0; i < s->place_count; i++) {
+            s->damping[i] = d;
+        }
+        start(&r, stepper_find("three_phase"), dt);
+        double mass = 0.0;
+        for (int i = 0; i < s->place_count; i++) {
+            mass += s->mass[i];
+        }
+        double vx = 1.0, vz = 2.0, x = 0.0, z = 0.0;
+        Vec3 from = sum_by_mass(s, r.state.x);
+        double shaken = system_elastic_energy(s, r.state.x);
+        for (int f = 1; f <= FRAMES; f++) {
+            run_to(&r, f / 30.0);
+        }
+        for (int n = 0; n < FRAMES * STEPS; n++) {
+            double u = d > 0.0 ? -9.81 / d : 0.0, kept = exp(-d * dt);
+            vx *= kept;
+            vz = d > 0.0 ? u + (vz - u) * kept : vz - 9.81 * dt;
+            x += dt * vx, z += dt * vz;
+        }
+        Vec3 p = vec3_scale(1 / mass, sum_by_mass(s, r.state.v));
+        Vec3 moved = vec3_scale(1 / mass, vec3_sub(sum_by_mass(s, r.state.x), from));
+        CHECK_NEAR(p.x, vx, 1e-10);
+        CHECK_NEAR(p.z, vz, 1e-10);
+        CHECK_NEAR(moved.x, x, 1e-10);
+        CHECK_NEAR(moved.z, z, 1e-10);
+        CHECK_AT_MOST(system_elastic_energy(s, r.state.x), 0.5 * shaken); /* the sweeps did work */
+        end(&r);
+    }
+}
+
+/* how far sweeps by themselves carry the centre of free cloth, of how far they move its nodes */
+static void test_sweeps_momentum(void **unused) {
+    (void)unused;
+    Run r;
+    make_flying(&r, "particles");
+    start(&r, stepper_find("three_phase"), 0.0);
+    const System *system = &r.bench.system;
+    int n = 3 * system->place_count;
+    Stochastic *s = stochastic_create(system);
+    double *before = arena_push(&r.bench.arena, double, n), moves = 0.0;
+    memset(s->weightless, 1, (size_t)system->place_count);
+    memcpy(before, r.state.x, (size_t)n * sizeof *before);
+    stochastic_begin(s, 1e-4, 11);
+    double energy = stochastic_energy(s, r.state.x);
+    for (int sweep = 0; sweep < 20; sweep++) {
+        energy = stochastic_sweep(s, 0.0, energy, r.state.x);
+    }
+    for (int k = 0; k < n; k++) {
+        before[k] = r.state.x[k] - before[k];
+        moves += system->mass[k / 3] * fabs(before[k]);
+    }
+    double drift = vec3_length(sum_by_mass(system, before)) / moves;
+    print_message("  the centre moves %.2g of the mean move\n", drift);
+    CHECK_AT_MOST(1e-4, drift); /* what test_three_phase_falls would see */
+    CHECK_AT_MOST(drift, 0.2);
+    end(&r);
+}
+
+/* a damped hammock comes to rest at the energy of `static`, by either second phase; that of the paper
+ * sags by longer steps */
+static void test_three_phase_rests(void **unused) {
+    (void)unused;
+    double before, energies[4];
+    for (int way = 0; way < 4; way++) {
+        Run r;
+        make_hammock(&r, "springs");
+        for (int i = 0; i < r.bench.system.place_count; i++) {
+            r.bench.system.damping[i] = 4.0;
+        }
+        r.bench.scene.solver.breen = way > 1;
+        start(&r, stepper_find(way ? "three_phase" : "static"), way == 3 ? 1.0 / 240 : 0.0);
+        before = energy_of(&r);
+        for (int f = 1; f <= (way ? 30 : 1); f++) {
+            run_to(&r, f / 30.0);
+        }
+        energies[way] = energy_of(&r);
+        print_message("  %s: %.7f J, %.0f steps\n", r.stepper->name, energies[way] - before,
+                      r.statistics.steps);
+        end(&r);
+    }
+    CHECK_NEAR(energies[1], energies[0], 1e-2 * (before - energies[0]));
+    CHECK_NEAR(energies[2], energies[0], 1e-3 * (before - energies[0]));
+    CHECK_AT_MOST(energies[2] + 1e-2 * (before - energies[0]), energies[3]);
+}
+
+/* the swing of a soft sheet: with inertia first order in the step, that of backward Euler; that of the
+ * paper has no time of its own and is printed */
+static void test_three_phase_swings(void **unused) {
+    (void)unused;
+    double exact[SHEET], errors[4];
+    sheet_at_end(stepper_find("rk4"), 4000, 0.0, exact);
+    for (int k = 0; k < 4; k++) {
+        Run r;
+        make_sheet(&r);
+        r.bench.scene.solver.breen = k == 3;
+        r.bench.scene.solver.sweeps = 40;
+        start(&r, stepper_find("three_phase"), 0.3 / (k == 3 ? 80 : 40 << k));
+        run_to(&r, 0.3);
+        errors[k] = distance(r.state.x, exact);
+        print_message("  %s, %.0f steps: error %.3g m\n", k == 3 ? "breen" : "inertia",
+                      r.statistics.steps, errors[k]);
+        end(&r);
+    }
+    CHECK_NEAR(log2(errors[0] / errors[1]), 1.0, 0.25);
+    CHECK_NEAR(log2(errors[1] / errors[2]), 1.0, 0.25);
+}
+
+/* the same bits for any threads, and from a state that another run left */
+static void test_three_phase_bits(void **unused) {
+    (void)unused;
+    double x[2][3 * 64];
+    for (int way = 0; way < 2; way++) {
+        Run r;
+        parallel_set_threads(way ? 3 : 1);
+        make_hammock(&r, "particles");
+        start(&r, stepper_find("three_phase"), 1.0 / 600);
+        for (int f = 1; f <= 3; f++) {
+            if (way && f == 3) { /* nothing but the state is kept */
+                Error error = {0};
+                assert_true(r.stepper->create(&r.bench.system, &r.data, &error));
+            }
+            run_to(&r, f / 30.0);
+        }
+        memcpy(x[way], r.state.x, sizeof x[way]);
+        end(&r);
+    }
+    parallel_set_threads(1);
+    assert_memory_equal(x[0], x[1], sizeof x[0]);
 }
 
 /* what cannot do contact says so instead of ignoring it */
@@ -408,11 +576,21 @@ static void test_auto(void **unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_order),      cmocka_unit_test(test_flight),
-        cmocka_unit_test(test_energy),     cmocka_unit_test(test_limit),
-        cmocka_unit_test(test_relaxation), cmocka_unit_test(test_relaxation_falls),
-        cmocka_unit_test(test_refusals),   cmocka_unit_test(test_auto),
-        cmocka_unit_test(test_stochastic), cmocka_unit_test(test_sweeps),
+        cmocka_unit_test(test_order),
+        cmocka_unit_test(test_flight),
+        cmocka_unit_test(test_energy),
+        cmocka_unit_test(test_limit),
+        cmocka_unit_test(test_relaxation),
+        cmocka_unit_test(test_relaxation_falls),
+        cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_auto),
+        cmocka_unit_test(test_stochastic),
+        cmocka_unit_test(test_sweeps),
+        cmocka_unit_test(test_sweeps_momentum),
+        cmocka_unit_test(test_three_phase_falls),
+        cmocka_unit_test(test_three_phase_rests),
+        cmocka_unit_test(test_three_phase_swings),
+        cmocka_unit_test(test_three_phase_bits),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

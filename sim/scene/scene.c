@@ -36,6 +36,7 @@ SolverDef solver_default(void) {
                        .newton_iterations = 2,
                        .courant = 0.8,
                        .tolerance = 1e-5,
+                       .sweeps = 20,
                        .self_contact = true,
                        .lag = 1.0};
 }
@@ -67,6 +68,7 @@ static const Schema air_schema = {.name = "air",
                                   .set_default = air_set_default};
 
 static const char *const contact_words[] = {"penalty", "impulses", NULL};
+static const char *const phase_words[] = {"inertia", "breen", NULL};
 static const char *const impulse_steppers[] = {"auto", "central", "symplectic_euler", NULL};
 
 /* `stepper` and the obstacles are read before */
@@ -112,6 +114,10 @@ static const Field solver_fields[] = {
      .help = "explicit step / its stability limit"},
     {"tolerance", FIELD_NUMBER, offsetof(SolverDef, tolerance), .unit = "m", .min = 1e-12,
      .max = 0.1, .help = "rk45: how far the error of a step may carry a node within a frame"},
+    {"sweeps", FIELD_COUNT, offsetof(SolverDef, sweeps), .min = 1, .max = 10000,
+     .help = "three_phase: of random moves in the second phase of a step"},
+    {"second_phase", FIELD_BOOL, offsetof(SolverDef, breen), .words = phase_words,
+     .help = "three_phase: lowers energy and inertia; breen: energy alone, as published"},
     {"contact_distance", FIELD_NUMBER, offsetof(SolverDef, contact_distance), .unit = "m",
      .min = 1e-6, .max = 0.1, .word = "auto", .word_value = 0.0,
      .help = "distance kept between cloth and obstacles or cloth; auto: from the thickness"},

@@ -159,11 +159,12 @@ typedef struct AirDef {
 } AirDef;
 
 typedef struct SolverDef {
-    const char *stepper;     /* name in steppers[]; "auto" */
-    double step;             /* [s] time step; 0 = the stepper's own choice */
-    int newton_iterations;   /* per implicit step; 2 */
-    double courant;          /* explicit step / stability limit; 0.8 */
+    const char *stepper;           /* name in steppers[]; "auto" */
+    double step;                   /* [s] time step; 0 = the stepper's own choice */
+    int newton_iterations, sweeps; /* per implicit step; 2; of moves in one of three_phase; 20 */
+    double courant;                /* explicit step / stability limit; 0.8 */
     double tolerance;        /* [m] by which a step of rk45 may put a node wrong in a frame; 1e-5 */
+    bool breen;              /* the second phase of three_phase as published; false */
     double contact_distance; /* [m] kept from obstacles and other cloth; 0 = by the thickness */
     bool self_contact;       /* cloth meets itself and other cloth; true */
     bool impulses;           /* contact by impulses, not by a force law; false */
@@ -200,9 +201,8 @@ typedef struct SceneWords {
     const char *const *models, *const *steppers, *const *looks;
 } SceneWords;
 
-/* Reads and checks a scene. False with up to ten errors ("file:line:column: error: ...", the source
- * line, a caret) in error->text, code EXIT_BAD_INPUT, EXIT_MISSING_INPUT or EXIT_IO. `words` may be
- * NULL: any name of a model, a stepper, a look. */
+/* Reads and checks a scene. False with up to ten errors ("file:line:column: error: ...", the source line, a
+ * caret) in error->text, code EXIT_BAD_INPUT, EXIT_MISSING_INPUT or EXIT_IO. `words` NULL: any name. */
 bool scene_read(const char *path, const SceneWords *words, Arena *arena, Scene *scene,
                 Error *error);
 

@@ -18,7 +18,8 @@ volatile int step_interrupted = 0;
     STEPPER(rk45)                                                                                  \
     STEPPER(one_solve)                                                                             \
     STEPPER(relaxation)                                                                            \
-    STEPPER(stochastic)
+    STEPPER(stochastic)                                                                            \
+    STEPPER(three_phase)
 
 #define DECLARE(name) extern const Stepper stepper_##name;
 #define LIST(name) &stepper_##name,

@@ -10,6 +10,7 @@
 #define WIDER 1.2
 #define NARROWER 0.886
 #define NARROWEST 1e-12      /* of the size */
+#define STEP_SHARE 0.3       /* of force dt^2 / mass, as stiffness holds a node back */
 #define STREAM 1994          /* of random numbers */
 #define FIRST_THRESHOLD 1e-5 /* of weight x size: breaks symmetry, and is nothing beside a drape */
 #define COOLING 0.98         /* a sweep */
@@ -64,6 +65,7 @@ Stochastic *stochastic_create(const System *system) {
     s->system = system;
     s->colour = arena_push(system->arena, int, n);
     s->held = arena_push(system->arena, unsigned char, n);
+    s->weightless = arena_push(system->arena, unsigned char, n);
     s->amplitude = arena_push(system->arena, double, n);
     s->gradient = arena_push(system->arena, double, 3 * n);
     s->after = arena_push(system->arena, double, 3 * n);
@@ -83,10 +85,18 @@ void stochastic_begin(Stochastic *s, double widest, uint64_t seed) {
     }
 }
 
+uint64_t stochastic_seed(double time) { return hash_bytes(&time, sizeof time) >> 16; }
+
 /* ---- a sweep ---- */
 
 double stochastic_energy(const Stochastic *s, const double *x) {
-    return system_elastic_energy(s->system, x) + system_gravity_energy(s->system, x, s->held);
+    double apart = 0.0;
+    for (int k = 0; s->anchor && k < 3 * s->system->place_count; k++) {
+        double d = x[k] - s->anchor[k];
+        apart += s->held[k / 3] ? 0.0 : s->system->mass[k / 3] * d * d;
+    }
+    return system_elastic_energy(s->system, x) +
+           system_gravity_energy(s->system, x, s->weightless) + 0.5 * s->anchor_stiffness * apart;
 }
 
 static void find_gradient(const Stochastic *s, const double *x, double *gradient) {
@@ -94,9 +104,21 @@ static void find_gradient(const Stochastic *s, const double *x, double *gradient
     const Vec3 g = system->scene->gravity;
     const double down[3] = {g.x, g.y, g.z};
     for (int k = 0; k < 3 * system->place_count; k++) {
-        gradient[k] = -system->mass[k / 3] * down[k % 3];
+        gradient[k] = s->weightless[k / 3] ? 0.0 : -system->mass[k / 3] * down[k % 3];
+        if (s->anchor) {
+            gradient[k] += s->anchor_stiffness * system->mass[k / 3] * (x[k] - s->anchor[k]);
+        }
     }
     system_add_gradient(system, x, gradient);
+}
+
+void stochastic_begin_step(Stochastic *s, double dt, const double *x) {
+    find_gradient(s, x, s->gradient);
+    for (int i = 0; i < s->system->place_count; i++) {
+        double force = vec3_length(vec3_load(s->gradient + 3 * i)), mass = s->system->mass[i];
+        double moved = mass > 0.0 ? STEP_SHARE * force * dt * dt / mass : 0.0;
+        s->amplitude[i] = fmax(moved, NARROWEST * s->system->size);
+    }
 }
 
 static bool moves_now(const Stochastic *s, int i, int colour) {
@@ -181,8 +203,6 @@ static double first_amplitude(const System *system) {
     return 0.1 * system->size / sqrt(system->node_count);
 }
 
-static uint64_t seed_of(double time) { return hash_bytes(&time, sizeof time) >> 16; }
-
 static bool advance(const System *system, void *data, State *state, double time_end,
                     Statistics *statistics, Error *error) {
     Minimiser *p = data;
@@ -190,8 +210,9 @@ static bool advance(const System *system, void *data, State *state, double time_
     double scale = system->weight * system->size, threshold = FIRST_THRESHOLD * scale;
     state_copy(system, &p->trial, state);
     system_mark_held(system, time_end, s->held);
+    memcpy(s->weightless, s->held, (size_t)system->place_count);
     system_place_held(system, time_end, p->trial.x);
-    stochastic_begin(s, first_amplitude(system), seed_of(time_end));
+    stochastic_begin(s, first_amplitude(system), stochastic_seed(time_end));
     double energy = stochastic_energy(s, p->trial.x), round = INFINITY;
     int sweep = 0;
     for (; sweep < MOST_SWEEPS && isfinite(energy) && !step_interrupted;

@@ -104,15 +104,15 @@ typedef struct Pace {
     double seconds, rate; /* rate: [1/s] output intervals */
 } Pace;
 
-/* What forward Euler and midpoint gain hangs on the length of an interval more than on their step, and
- * rk45 follows every mode: a frame may take them millions of steps, so they get intervals of some
- * stable steps of `central`. `stochastic` looks for an equilibrium in every interval. */
+/* What forward Euler and midpoint gain hangs on the length of an interval more than on their step, rk45
+ * follows every mode, and three_phase sweeps in every step: a frame may take them millions of gradients,
+ * so they get intervals of some stable steps of `central`. `stochastic` looks for an equilibrium in every interval. */
 #define SEARCHES 2
 #define TINY_INTERVALS 20
 #define TINY_STEPS 10
 static Pace pace_of(const StressCase *c, const Stepper *stepper, const System *system,
                     bool contact) {
-    static const char *const tiny[] = {"forward_euler", "midpoint", "rk45"};
+    static const char *const tiny[] = {"forward_euler", "midpoint", "rk45", "three_phase"};
     for (size_t i = 0; i < sizeof tiny / sizeof *tiny; i++) {
         if (strcmp(stepper->name, tiny[i]) == 0) {
             double interval = TINY_STEPS * system_stable_step(system);
