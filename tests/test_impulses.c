@@ -60,7 +60,8 @@ static Strike random_strike(uint64_t seed, double friction) {
                     .place = {0, 1, 2, 3},
                     .weight = {1.0, -a * b, -a * (1.0 - b), a - 1.0},
                     .normal = vec3_unit(random_vector(seed + 5000, 1.0), vec3(0, 0, 1)),
-                    .friction = friction};
+                    .friction = friction,
+                    .obstacle = -1};
 }
 
 static Vec3 apart(const Bodies *b, const Strike *s) {
@@ -196,7 +197,7 @@ static void test_zone(void **unused) {
     for (uint64_t k = 0; k < 1000; k++) {
         Swarm s = swarm(k, (SwarmShape)(k % 5));
         Sums before = sums_of(&s);
-        assert_true(impact_zone_settle(s.count, s.mass, s.x, false, s.v));
+        assert_true(impact_zone_settle(s.count, s.mass, s.x, NULL, s.v));
         Sums after = sums_of(&s);
         momentum =
             fmax(momentum, vec3_length(vec3_sub(after.momentum, before.momentum)) / before.mass);
@@ -213,7 +214,7 @@ static void test_zone(void **unused) {
             }
         }
         Swarm twice = s;
-        assert_true(impact_zone_settle(s.count, s.mass, s.x, false, twice.v));
+        assert_true(impact_zone_settle(s.count, s.mass, s.x, NULL, twice.v));
         for (int i = 0; i < s.count; i++) {
             again = fmax(again, vec3_length(vec3_sub(twice.v[i], s.v[i])) / 5.0);
         }
@@ -235,7 +236,7 @@ static void test_zone_led(void **unused) {
         s.v[i] = vec3_add(velocity, vec3_cross(turn, vec3_sub(s.x[i], centre)));
     }
     kept = s;
-    assert_true(impact_zone_settle(s.count, s.mass, s.x, false, s.v));
+    assert_true(impact_zone_settle(s.count, s.mass, s.x, NULL, s.v));
     double off = 0.0;
     for (int i = 0; i < s.count; i++) {
         Vec3 led = vec3_add(velocity, vec3_cross(turn, vec3_sub(s.x[i], centre)));
@@ -245,12 +246,22 @@ static void test_zone_led(void **unused) {
     s = kept;
     s.v[2] = vec3_scale(2.0, s.v[2]);
     kept = s;
-    assert_false(impact_zone_settle(s.count, s.mass, s.x, false, s.v));
+    assert_false(impact_zone_settle(s.count, s.mass, s.x, NULL, s.v));
     assert_memory_equal(&s, &kept, sizeof s);
-    assert_false(impact_zone_settle(s.count, s.mass, s.x, true, s.v));
+    Vec3 lead[MOST] = {{0, 0, 0}};
+    assert_false(impact_zone_settle(s.count, s.mass, s.x, lead, s.v));
     s = swarm(9, SWARM_CLOUD);
-    assert_true(impact_zone_settle(s.count, s.mass, s.x, true, s.v));
+    assert_true(impact_zone_settle(s.count, s.mass, s.x, lead, s.v));
     CHECK_AT_MOST(sums_of(&s).energy, 0.0);
+    for (int i = 0; i < s.count; i++) { /* a solid that moves leads it */
+        lead[i] = vec3_add(velocity, vec3_cross(turn, vec3_sub(s.x[i], centre)));
+        s.v[i] = i < 3 ? lead[i] : random_vector(900 + (uint64_t)i, 5.0);
+        s.mass[i] = i < 3 ? INFINITY : s.mass[i];
+    }
+    assert_true(impact_zone_settle(s.count, s.mass, s.x, lead, s.v));
+    assert_memory_equal(s.v, lead, (size_t)s.count * sizeof *lead);
+    s.v[0] = vec3_scale(1.1, lead[0]);
+    assert_false(impact_zone_settle(s.count, s.mass, s.x, lead, s.v));
 }
 
 /* zones join by common members, keep what they are at, and can be forgotten */
@@ -259,15 +270,15 @@ static void test_zones_join(void **unused) {
     Arena arena = {0};
     ImpactZones z = impact_zones_create(12, &arena);
     for (int turn = 0; turn < 2; turn++) {
-        impact_zones_join(&z, 3, (const int[]){4, 1, 7}, false);
-        impact_zones_join(&z, 2, (const int[]){2, 9}, true);
+        impact_zones_join(&z, 3, (const int[]){4, 1, 7}, ZONE_FREE);
+        impact_zones_join(&z, 2, (const int[]){2, 9}, turn ? 5 : ZONE_STILL);
         assert_int_equal(impact_zones_count(&z), 2);
         assert_int_equal(impact_zones_root(&z, 0), -1);
         assert_true(impact_zones_root(&z, 7) == impact_zones_root(&z, 1));
-        assert_false(z.still[impact_zones_root(&z, 7)]);
-        impact_zones_join(&z, 2, (const int[]){7, 9}, false);
+        assert_int_equal(z.solid[impact_zones_root(&z, 7)], ZONE_FREE);
+        impact_zones_join(&z, 2, (const int[]){7, 9}, ZONE_FREE);
         assert_int_equal(impact_zones_count(&z), 1);
-        assert_true(z.still[impact_zones_root(&z, 4)]);
+        assert_int_equal(z.solid[impact_zones_root(&z, 4)], turn ? 5 : ZONE_STILL);
         int around = 0, place = 4;
         do {
             around++;
@@ -275,6 +286,8 @@ static void test_zones_join(void **unused) {
         } while (place != 4 && around < 20);
         assert_int_equal(around, 5);
         assert_int_equal(z.member_count, 5);
+        impact_zones_join(&z, 2, (const int[]){0, 9}, 6); /* another solid */
+        assert_int_equal(z.solid[impact_zones_root(&z, 1)], ZONE_TORN);
         impact_zones_clear(&z);
         assert_int_equal(impact_zones_root(&z, 9), -1);
     }

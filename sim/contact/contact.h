@@ -36,7 +36,7 @@ typedef struct ContactDef {
     double distance;       /* [m] largest contact distance of any cloth */
     double reference_step; /* [s] the explicit step without contact: sets the stiffness */
     bool self;             /* cloth meets itself and other cloth */
-    bool impulses; /* explicit road: impulses.h instead of the law; no obstacle moves then */
+    bool impulses;         /* explicit road: impulses.h instead of the law */
     int obstacle_count;
     const ContactObstacle *obstacles;
     int panel_count;

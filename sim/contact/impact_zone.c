@@ -88,7 +88,7 @@ static Vec3 velocity_at(const RigidMotion *m, Vec3 x) {
     return vec3_add(m->velocity, vec3_cross(m->turn, vec3_sub(x, m->middle)));
 }
 
-bool impact_zone_settle(int count, const double *mass, const Vec3 *x, bool still, Vec3 *v) {
+bool impact_zone_settle(int count, const double *mass, const Vec3 *x, const Vec3 *lead, Vec3 *v) {
     bool driven = false;
     double fastest = 0.0, off = 0.0;
     for (int i = 0; i < count; i++) {
@@ -96,18 +96,19 @@ bool impact_zone_settle(int count, const double *mass, const Vec3 *x, bool still
         fastest = isinf(mass[i]) ? fmax(fastest, vec3_length(v[i])) : fastest;
     }
     RigidMotion motion = {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}};
-    if (!still) {
+    if (!lead) {
         motion = rigid_motion(count, mass, x, v, driven);
     }
     for (int i = 0; i < count; i++) {
-        double apart = isinf(mass[i]) ? vec3_length(vec3_sub(v[i], velocity_at(&motion, x[i]))) : 0;
-        off = fmax(off, apart);
+        Vec3 led = lead ? lead[i] : velocity_at(&motion, x[i]);
+        off = isinf(mass[i]) ? fmax(off, vec3_length(vec3_sub(v[i], led))) : off;
     }
     if (off > UNLIKE * fastest) {
         return false;
     }
     for (int i = 0; i < count; i++) {
-        v[i] = isinf(mass[i]) ? v[i] : velocity_at(&motion, x[i]);
+        Vec3 led = lead ? lead[i] : velocity_at(&motion, x[i]);
+        v[i] = isinf(mass[i]) ? v[i] : led;
     }
     return true;
 }
@@ -118,7 +119,7 @@ ImpactZones impact_zones_create(int place_count, Arena *arena) {
     ImpactZones z = {.parent = arena_push(arena, int, place_count),
                      .next = arena_push(arena, int, place_count),
                      .members = arena_push(arena, int, place_count),
-                     .still = arena_push(arena, unsigned char, place_count)};
+                     .solid = arena_push(arena, int, place_count)};
     for (int i = 0; i < place_count; i++) {
         z.parent[i] = -1;
     }
@@ -145,11 +146,15 @@ int impact_zones_root(ImpactZones *z, int place) {
 
 static void add(ImpactZones *z, int place) {
     z->parent[place] = z->next[place] = place;
-    z->still[place] = 0;
+    z->solid[place] = ZONE_FREE;
     z->members[z->member_count++] = place;
 }
 
-void impact_zones_join(ImpactZones *z, int count, const int *place, bool still) {
+static int both(int a, int b) {
+    return a == ZONE_FREE ? b : b == ZONE_FREE || a == b ? a : ZONE_TORN;
+}
+
+void impact_zones_join(ImpactZones *z, int count, const int *place, int solid) {
     for (int k = 0; k < count; k++) {
         if (z->parent[place[k]] < 0) {
             add(z, place[k]);
@@ -159,10 +164,10 @@ void impact_zones_join(ImpactZones *z, int count, const int *place, bool still) 
             int after = z->next[a];
             z->next[a] = z->next[b];
             z->next[b] = after;
-            z->still[a] |= z->still[b];
+            z->solid[a] = both(z->solid[a], z->solid[b]);
             z->parent[b] = a;
         }
-        z->still[a] |= still;
+        z->solid[a] = both(z->solid[a], solid);
     }
 }
 

@@ -13,6 +13,12 @@
  * Each normal impulse is followed by friction, which takes off the sliding speed at most mu times the
  * change of v_N. Pairs one after the other, in the order of the lists.
  *
+ * Obstacles that move take part with their velocity, a mesh by those of its vertices: v_N is relative to
+ * it, a solid is met in its own frame, along the straight line there between both ends of the step, and
+ * a zone at it moves with it. Where cloth is pinched, that is where zones would glue too much or follow two
+ * of them, or cloth ends nearer to anything than half of what a collision leaves, all that struck cloth in
+ * the step wait for it, and catch up later. What they hold then may all be glued.
+ *
  * There is no potential: what rests trembles within H, and glued folds lose their energy. */
 #ifndef TOILE_CONTACT_IMPULSES_H
 #define TOILE_CONTACT_IMPULSES_H
@@ -25,19 +31,31 @@ typedef struct Strike {
     int count, place[4];
     double weight[4]; /* of the closest points: + first, - second feature */
     Vec3 normal;      /* from the second to the first */
-    double friction;  /* mu */
+    Vec3 carried;    /* [m/s] of what is met and follows a programme, in the sense of the weights */
+    double friction; /* mu */
+    int obstacle;    /* that is met, or -1 */
 } Strike;
 
 struct Impulses {
     ImpactZones zones;
-    int *changed;       /* (places) round in which it collided or changed its velocity last */
-    int round;          /* of this step, from 1 */
-    bool searched;      /* pairs may be new in this round: all of them are looked at */
-    int colliding;      /* pairs in this round */
-    bool stuck;         /* a programme moves vertices of one zone into each other */
-    double *mass;       /* [kg] (places) of the vertices of one zone */
-    Vec3 *place, *move; /* [m], [m/s] (places) likewise */
+    int *changed;           /* (places) round in which it collided or changed its velocity last */
+    int round;              /* of this step, from 1 */
+    bool searched;          /* pairs may be new in this round: all of them are looked at */
+    int colliding;          /* pairs in this round */
+    unsigned char *strikes; /* (obstacle_count) moves, and struck cloth in this step */
+    bool waits;             /* an obstacle does, in this step */
+    bool stuck;             /* a programme moves vertices of one zone into each other */
+    double *mass;           /* [kg] (places) of the vertices of one zone */
+    Vec3 *place, *move;     /* [m], [m/s] (places) likewise */
+    Vec3 *lead;             /* [m/s] (places) likewise, of the solid that they are at */
 };
+
+Strike impulses_pair(const Contact *c, const Pair *pair);
+Strike impulses_touch(const Contact *c, const Touch *touch, double dt);
+bool impulses_all_held(const Contact *c, const Strike *strike);
+/* Before and after an impulse: its places are in the books of the step, and have changed in this round. */
+void impulses_note_before(Contact *c, const Strike *strike);
+void impulses_note_change(Contact *c, const Strike *strike);
 
 Impulses *impulses_create(const Contact *contact, Arena *arena);
 

@@ -122,7 +122,9 @@ void obstacle_move(Contact *c, double dt) {
         if (!obstacle->moves) {
             continue;
         }
-        double phi = obstacle->mesh ? mesh_free_share(c, o, dt) : free_share(c, &x, o, dt);
+        double phi = c->impulses      ? 1.0 /* what waits has no motion left */
+                     : obstacle->mesh ? mesh_free_share(c, o, dt)
+                                      : free_share(c, &x, o, dt);
         if (phi < 1.0 && c->next_clocks[o] - c->clocks[o] > CONTACT_LEAP_AFTER * dt) {
             phi = 0.0; /* what lies between the two times is elsewhere */
         }

@@ -71,7 +71,7 @@ static const char *const contact_words[] = {"penalty", "impulses", NULL};
 static const char *const phase_words[] = {"inertia", "breen", NULL};
 static const char *const impulse_steppers[] = {"auto", "central", "symplectic_euler", NULL};
 
-/* `stepper` and the obstacles are read before */
+/* `stepper` is read before */
 static bool read_contact(Reader *reader, const Field *field, const Yaml *value, void *member) {
     const Field word = {field->key, FIELD_BOOL, .words = contact_words};
     const Scene *scene = scene_context(reader)->scene;
@@ -87,15 +87,6 @@ static bool read_contact(Reader *reader, const Field *field, const Yaml *value, 
                             "contact by impulses needs the stepper central or "
                             "symplectic_euler, not %s",
                             scene->solver.stepper);
-    }
-    for (int o = 0; o < scene->obstacle_count; o++) {
-        const ObstacleDef *obstacle = &scene->obstacles[o];
-        if (obstacle->motion.piece_count > 0 ||
-            (obstacle->mesh && obstacle->mesh->frame_count > 1)) {
-            return schema_error(reader, value,
-                                "obstacle '%s' moves, which needs 'contact: penalty'",
-                                obstacle->name);
-        }
     }
     return true;
 }
