@@ -160,7 +160,8 @@ static void test_pinched(void **unused) {
                  "toile: 1\nfilm: {rate: 60, seconds: 4}\ncloth:\n  sheet:\n"
                  "    shape: {rectangle: {width: 30 cm, height: 30 cm}}\n    " FABRIC
                  "    nodes: 13 x 13\n    at: [0, 0, 2 mm]\nobstacles:\n  floor: {plane: {}}\n  %s"
-                 " motion: [{move: {by: [0, 0, -5 cm], from: 0 s, to: 0.5 s}}, {move: {by: [0, 0, 10 cm], from: 0.9 s, to: 1.3 s}}]}\n" SOLVER,
+                 " motion: [{move: {by: [0, 0, -5 cm], from: 0 s, to: 0.5 s}}, {move: {by: [0, 0, "
+                 "10 cm], from: 0.9 s, to: 1.3 s}}]}\n" SOLVER,
                  presses[k]);
         play_start(&play, text);
         Judged down = judge(&play, 0.6, 36);

@@ -387,6 +387,10 @@ static bool wait(Contact *c, double dt) {
             if (c->def->obstacles[o].mesh) {
                 mesh_demand(c, o, dt);
             }
+            const double *given = c->impulses->given[o]; /* it did not move */
+            c->statistics.work -= given[0] + given[1];
+            c->statistics.damping -= given[0];
+            c->statistics.friction -= given[1];
             any = true;
         }
     }
@@ -403,10 +407,14 @@ void impulses_guard(Contact *c, double dt) {
     ContactStatistics books = c->statistics;
     c->impulses->waits = false;
     bool parted = part(c, dt);
-    while ((!parted || pinches(c, dt)) && wait(c, dt)) { /* each obstacle once */
-        c->impulses->waits = true;
+    while (!parted || pinches(c, dt)) {
         c->statistics.work = books.work;
         c->statistics.guard = books.guard;
+        if (!wait(c, dt)) { /* each obstacle does once */
+            break;
+        }
+        books = c->statistics;
+        c->impulses->waits = true;
         parted = part(c, dt);
     }
     c->statistics.rejected = c->statistics.rejected || !parted;

@@ -17,6 +17,7 @@ Impulses *impulses_create(const Contact *c, Arena *arena) {
     i->place = arena_push(arena, Vec3, n);
     i->move = arena_push(arena, Vec3, n);
     i->lead = arena_push(arena, Vec3, n);
+    i->given = (double(*)[2])arena_push(arena, double, 2 * c->def->obstacle_count);
     i->strikes = arena_push(arena, unsigned char, c->def->obstacle_count);
     return i;
 }
@@ -130,9 +131,14 @@ Vec3 impulses_rub(Contact *c, const Strike *s, double grown) {
  * damping and friction. */
 static void pay(Contact *c, const Strike *s, Vec3 parting, Vec3 friction) {
     ContactStatistics *book = &c->statistics;
-    book->damping += vec3_dot(parting, s->carried);
-    book->friction += vec3_dot(friction, s->carried);
-    book->guard -= vec3_dot(vec3_add(parting, friction), s->carried);
+    double given[2] = {vec3_dot(parting, s->carried), vec3_dot(friction, s->carried)};
+    book->damping += given[0];
+    book->friction += given[1];
+    book->guard -= given[0] + given[1];
+    if (s->obstacle >= 0) {
+        c->impulses->given[s->obstacle][0] += given[0];
+        c->impulses->given[s->obstacle][1] += given[1];
+    }
     for (int a = 0; a < s->count; a++) {
         if (s->place[a] < c->def->vertex_count) {
             Toll *toll = &c->tolls[s->place[a]];
@@ -199,6 +205,7 @@ void impulses_find(Contact *c, double dt) {
 }
 
 void impulses_repel(Contact *c, double dt) {
+    memset(c->impulses->given, 0, (size_t)c->def->obstacle_count * sizeof *c->impulses->given);
     for (int k = 0; k < c->due_count; k++) {
         const Pair *pair = &c->lists.pairs[c->due_pairs[k].pair];
         Strike s = impulses_pair(c, pair);

@@ -43,6 +43,7 @@ struct Impulses {
     bool searched;          /* pairs may be new in this round: all of them are looked at */
     int colliding;          /* pairs in this round */
     unsigned char *strikes; /* (obstacle_count) moves, and struck cloth in this step */
+    double (*given)[2];     /* [J] (obstacle_count) by it in repulsions of this step; in friction */
     bool waits;             /* an obstacle does, in this step */
     bool stuck;             /* a programme moves vertices of one zone into each other */
     double *mass;           /* [kg] (places) of the vertices of one zone */

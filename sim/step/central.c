@@ -86,12 +86,14 @@ static double contact_step(const System *system, const State *state, double inte
 }
 
 static bool is_good(const System *system, const ExplicitResult *result) {
-    double scale = result->energy_scale;
-    if (system->contact
-            .impulses) { /* without a potential: as if it were lifted through the layer */
+    double scale = result->energy_scale, work = result->work;
+    if (system->contact.impulses) {
+        /* without a potential: as if cloth were lifted through the layer; and what repulsions between
+         * two obstacles give to one of them is not the cloth's */
         scale += system->weight * system->contact.distance;
+        work = fmax(work, 0.0);
     }
-    double allowed = result->work + STEP_ENERGY_TOLERANCE * scale;
+    double allowed = work + STEP_ENERGY_TOLERANCE * scale;
     return result->finite && !result->contact.rejected && result->energy_gain <= allowed;
 }
 
