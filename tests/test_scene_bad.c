@@ -56,7 +56,6 @@ static const BadFile bad_files[] = {
      "cloth-empty.yaml:2:8: error: 'cloth' wants a mapping of 1 .. 1000 names to"},
     {"cloth-name", EXIT_BAD_INPUT,
      "cloth-name.yaml:3:3: error: 'my.cloth' cannot name a cloth: a letter, then"},
-    {"contact-moving", EXIT_BAD_INPUT, "contact-moving.yaml:8:19: error: obstacle 'ball' moves"},
     {"contact-stepper", EXIT_BAD_INPUT,
      "contact-stepper.yaml:6:19: error: contact by impulses needs the stepper central"},
     {"control", EXIT_BAD_INPUT,
