@@ -127,6 +127,8 @@ static void print_contact(const Sim *sim, FILE *out) {
             "sim: friction took %.3g J, contact damping %.3g J, the guard %.3g J, "
             "the bound on sides %.3g J\n",
             t->friction, t->damping, t->guard, t->sides);
+    fprintf(out, "sim: damping inside the fabric took %.3g J, of the mass and by air %.3g J\n",
+            t->fabric, t->drag);
     fprintf(out, "sim: %.0f %% of the time for contact, %.0f %% for its lists\n",
             100.0 * t->contact_seconds / fmax(t->seconds, 1e-9),
             100.0 * t->search_seconds / fmax(t->seconds, 1e-9));

@@ -110,6 +110,8 @@ static void add_up(Statistics *total, const Statistics *frame) {
     total->zone_vertices += frame->zone_vertices;
     total->friction += frame->friction;
     total->damping += frame->damping;
+    total->fabric += frame->fabric;
+    total->drag += frame->drag;
     total->guard += frame->guard;
     total->sides += frame->sides;
     total->step_length = frame->step_length > 0.0 ? frame->step_length : total->step_length;

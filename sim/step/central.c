@@ -148,6 +148,8 @@ static void record(const System *system, const State *state, const ExplicitRun *
     s->damping += result->contact.damping;
     s->guard += result->contact.guard;
     s->sides += result->sides;
+    s->fabric += result->fabric;
+    s->drag += result->drag;
     s->approach = result->contact.approach;
     s->contact_seconds += result->contact.seconds;
     s->search_seconds += result->contact.search_seconds;

@@ -5,6 +5,7 @@
 
 #include "sim/base/parallel.h"
 #include "sim/step/air.h"
+#include "sim/step/damping.h"
 #include "sim/step/impulse.h"
 #include "sim/step/lead.h"
 #include "sim/step/limit.h"
@@ -34,6 +35,7 @@ struct Explicit {
     double *marked[3];      /* [m] (slot_count) positions from which spreads count */
     Contact *contact;       /* NULL: nothing can touch */
     Lead bending, membrane;
+    Damping damping;    /* the book of it */
     double damped;      /* [J] of this interval: by mass damping, of cloths without a sweep */
     double air_work;    /* [J] of this interval */
     double sides_taken; /* [J] of this interval: work on the bound on sides, and its start */
@@ -119,6 +121,18 @@ Explicit *explicit_create(const System *system) {
     e->limit = system_stable_step(system);
     e->bending = lead_create(system, e->lanes.slot_count, sweep_bending_time);
     e->membrane = lead_create(system, e->lanes.slot_count, sweep_membrane_time);
+    e->damping = damping_create(system, &(DampingView){.kernel = e->kernel,
+                                                       .lattices = e->lattices,
+                                                       .grain = e->grain,
+                                                       .lanes = &e->lanes,
+                                                       .slot = e->slot,
+                                                       .buffers = e->buffers,
+                                                       .buffer_size = e->buffer_size,
+                                                       .place = {e->x, e->ahead[0], e->ahead[1]},
+                                                       .gradient = e->gradient,
+                                                       .held = e->steer.held,
+                                                       .bending = &e->bending,
+                                                       .membrane = &e->membrane});
     return e;
 }
 
@@ -484,6 +498,7 @@ static void run_steps(Explicit *e, const ExplicitRun *run, const State *state,
     double share = run->symplectic_euler ? 1.0 : 0.5, kinetic = 0.0;
     for (int s = 0; s < run->steps && !step_interrupted; s++) {
         double time_end = run->kinetic_damping ? state->time : state->time + (s + 1) * run->dt;
+        damping_before(&e->damping);
         kick_with_contact(e, run->dt, share, time_end, s == 0);
         result->work += steer_held(e, run->dt, share * run->dt, time_end);
         change_by_contact(e, contact_repel, run->dt);
@@ -494,6 +509,7 @@ static void run_steps(Explicit *e, const ExplicitRun *run, const State *state,
             break;
         }
         double fastest = guarded_drift(e, run->dt);
+        damping_after(&e->damping, run->dt);
         if (e->contact && contact_statistics(e->contact)->rejected) {
             return;
         }
@@ -540,6 +556,7 @@ ExplicitResult explicit_interval(Explicit *e, const ExplicitRun *run, State *sta
     steer_begin(&e->steer, state);
     e->air_work = e->damped = 0.0;
     set_damping(e, run);
+    damping_start(&e->damping, state->time, run->dt);
     e->sides_taken = stored_in_sides(e);
     drift(e, 0.0); /* puts ghosts, curvature and stretch in their places */
     if (e->contact) {
@@ -554,6 +571,8 @@ ExplicitResult explicit_interval(Explicit *e, const ExplicitRun *run, State *sta
     double after = total_energy(e, run->dt, state, &result.energy_scale, &result.contact_energy);
     result.finite = isfinite(after) && isfinite(result.fastest);
     result.sides = e->sides_taken - stored_in_sides(e);
+    result.fabric = e->damping.fabric;
+    result.drag = e->damping.drag;
     if (e->contact) {
         result.contact = *contact_statistics(e->contact);
     }

@@ -250,10 +250,27 @@ static void count_iterations(Statistics *statistics, const NewtonReport *report)
     statistics->residual = report->residual;
 }
 
+/* [J] taken by mass damping and drag, less what the wind does */
+static double drag_work(const ImplicitTime *t, const System *system, const State *from,
+                        const State *to) {
+    const AirDef *air = &system->scene->air;
+    double wind[3] = {air->wind.x, air->wind.y, air->wind.z}, work = 0.0;
+    for (int i = 0; i < system->place_count; i++) {
+        for (int a = 0; a < 3 && !t->held[i]; a++) {
+            int k = 3 * i + a;
+            double force = system->damping[i] * system->mass[i] * to->v[k] -
+                           air->drag * system->area[i] * wind[a];
+            work += force * (to->x[k] - from->x[k]);
+        }
+    }
+    return work;
+}
+
 static void accept(ImplicitTime *t, const System *system, State *state, double dt, double work,
                    Statistics *statistics) {
     CHECK_LEGAL(t->implicit, state->x, t->trial.x);
     count_contacts(t, statistics);
+    statistics->drag += drag_work(t, system, state, &t->trial);
     size_t bytes = 3 * (size_t)system->place_count * sizeof(double);
     memcpy(t->trial.x_before, state->x, bytes);
     memcpy(t->trial.v_before, state->v, bytes);
