@@ -68,6 +68,45 @@ static void test_damping(void **unused) {
     }
 }
 
+#define CARD                                                                                       \
+    "toile: 1\nfilm: {rate: 30, seconds: 4}\nsolver: {stepper: central}\ncloth:\n  card:\n"        \
+    "    shape: {rectangle: {width: 30 cm, height: 10 cm}}\n"                                      \
+    "    fabric: {name: f, weight: 300 g/m2, isotropic: {stretch: 5000 N/m, poisson: 0.3, "        \
+    "bending: 5e-3 N m}}\n    nodes: 16 x 6\n"
+#define TURNED "handles:\n  - {clamp: card.left, turn: {axis: y, by: 90 deg, from: 0 s, to: 1 s}}\n"
+
+/* A stiff card whose clamp lifts it by turning: all of the work is done on the ghosts of the clamp. */
+static void test_turning_clamp(void **unused) {
+    (void)unused;
+    static const char *const models[] = {"", "    model: springs\n", "    model: triangles\n",
+                                         "    model: particles\n"};
+    for (int k = 0; k < 4; k++) {
+        char text[2048];
+        snprintf(text, sizeof text, CARD "%s" TURNED, models[k]);
+        Book book = keep_book(text, 1.2, 1);
+        double lost = book.taken + book.fabric + book.drag;
+        CHECK_NEAR((book.rise + lost - book.given) / book.rise, 0.0, 0.005);
+        assert_true(book.rise > 1e-3);
+    }
+}
+
+/* a sleeve with rest curvature, twisted by its clamps until it folds and rubs */
+static void test_twisted_sleeve(void **unused) {
+    (void)unused;
+    Book book = keep_book(
+        "toile: 1\nfilm: {rate: 30, seconds: 4}\nsolver: {stepper: central}\ncloth:\n  tube:\n"
+        "    shape: {sleeve: {radius: 25 cm, length: 1 m, rest: curved}}\n"
+        "    fabric: {weight: 150 g/m2, thickness: 2.5 mm, friction: 0.3, isotropic: {stretch: "
+        "1000 N/m, poisson: 0.3, bending: 1e-4 N m}}\n    nodes: 24 x 27\n    noise: 0.2 mm\n"
+        "handles:\n  - {clamp: tube.start, turn: {axis: z, by: -288 deg, from: 0 s, to: 4 s}}\n"
+        "  - {clamp: tube.end, turn: {axis: z, by: 288 deg, from: 0 s, to: 4 s}}\n"
+        "gravity: 0 m/s2\n",
+        4.0, 1);
+    double lost = book.taken + book.fabric + book.drag;
+    CHECK_NEAR((book.rise + lost) / book.given, 1.0, 0.04);
+    assert_true(book.taken > 0.05 * book.given);
+}
+
 /* the same for any number of threads */
 static void test_threads(void **unused) {
     (void)unused;
@@ -82,6 +121,8 @@ int main(int argc, char **argv) {
     parallel_fix_environment(argv);
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_damping),
+        cmocka_unit_test(test_turning_clamp),
+        cmocka_unit_test(test_twisted_sleeve),
         cmocka_unit_test(test_threads),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -99,9 +99,9 @@ double bending_energy(const Bending *b, const double *x) {
     return energy;
 }
 
-/* gradient += K x */
-QUADS static void add_product(const Bending *b, const double *x, double *gradient) {
-    for (int i = 0; i < b->node_count; i++) {
+/* gradient += K x, of the nodes from `first` on */
+QUADS static void add_product(const Bending *b, const double *x, int first, double *gradient) {
+    for (int i = first; i < b->node_count; i++) {
         Quad sum = {0};
         for (int e = b->start[i]; e < b->start[i + 1]; e++) {
             const double *xj = x + 3 * (size_t)b->column[e];
@@ -114,8 +114,15 @@ QUADS static void add_product(const Bending *b, const double *x, double *gradien
 }
 
 void bending_add_gradient(const Bending *b, const double *x, double *gradient) {
-    add_product(b, x, gradient);
+    add_product(b, x, 0, gradient);
     bending_add_rest_gradient(b, x, gradient);
+}
+
+void bending_add_border_gradient(const Bending *b, const double *x, double *gradient) {
+    add_product(b, x, b->solved_count, gradient);
+    if (b->rest) {
+        bending_rest_add_border_gradient(b->rest, x, gradient);
+    }
 }
 
 void bending_add_rest_gradient(const Bending *b, const double *x, double *gradient) {

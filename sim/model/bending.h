@@ -44,6 +44,8 @@ Bending bending_create(const BendingSamples *samples, int node_count, int solved
 
 double bending_energy(const Bending *bending, const double *x);
 void bending_add_gradient(const Bending *bending, const double *x, double *gradient);
+/* only of the nodes that are no unknowns */
+void bending_add_border_gradient(const Bending *bending, const double *x, double *gradient);
 /* only the rest-curvature part, which the explicit sweep leaves out */
 void bending_add_rest_gradient(const Bending *bending, const double *x, double *gradient);
 int bending_couple(const Bending *bending, int *pairs);

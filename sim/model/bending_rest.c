@@ -44,9 +44,16 @@ BendingRest *bending_rest_create(const BendingSamples *samples, int solved_count
     r->samples.entries = arena_push(arena, BendingEntry, samples->start[count]);
     r->moment = (double(*)[3])arena_alloc(arena, sizeof(double[3]) * (size_t)count);
     r->turning = arena_push(arena, double, count);
+    r->border = arena_push(arena, int, count);
     for (int i = 0; i < count; i++) {
         merge_sample(samples, i, &r->samples);
         bending_rest_set(r, i, samples->weight[i], rest_curvature);
+        bool inside = true;
+        for (int e = r->samples.start[i]; e < r->samples.start[i + 1]; e++) {
+            inside = inside && r->samples.entries[e].node < solved_count;
+        }
+        r->border[r->border_count] = i;
+        r->border_count += !inside;
     }
     return r;
 }
@@ -91,22 +98,37 @@ double bending_rest_energy(const BendingRest *r, const double *x) {
     return energy;
 }
 
-void bending_rest_add_gradient(const BendingRest *r, const double *x, double *gradient) {
-    for (int i = 0; i < r->samples.sample_count; i++) {
-        RestState s = rest_state(r, i, x);
-        if (!acts(r, i, &s)) {
+/* of the nodes from `first` on */
+static void add_sample_gradient(const BendingRest *r, int sample, const double *x, int first,
+                                double *gradient) {
+    RestState s = rest_state(r, sample, x);
+    if (!acts(r, sample, &s)) {
+        return;
+    }
+    /* d(n . q) = n . dq + y . (dF1 x F2 + F1 x dF2),  y = (I - n n') q / |F1 x F2| */
+    Vec3 y = vec3_scale(1.0 / s.size, vec3_axpy(s.q, -vec3_dot(s.normal, s.q), s.normal));
+    Vec3 by_f1 = vec3_cross(s.f2, y), by_f2 = vec3_cross(y, s.f1);
+    for (int e = r->samples.start[sample]; e < r->samples.start[sample + 1]; e++) {
+        const BendingEntry *entry = &r->samples.entries[e];
+        if (entry->node < first) {
             continue;
         }
-        /* d(n . q) = n . dq + y . (dF1 x F2 + F1 x dF2),  y = (I - n n') q / |F1 x F2| */
-        Vec3 y = vec3_scale(1.0 / s.size, vec3_axpy(s.q, -vec3_dot(s.normal, s.q), s.normal));
-        Vec3 by_f1 = vec3_cross(s.f2, y), by_f2 = vec3_cross(y, s.f1);
-        for (int e = r->samples.start[i]; e < r->samples.start[i + 1]; e++) {
-            const BendingEntry *entry = &r->samples.entries[e];
-            Vec3 d = vec3_scale(moment_row(r, i, entry), s.normal);
-            d = vec3_axpy(vec3_axpy(d, entry->f1, by_f1), entry->f2, by_f2);
-            double *out = gradient + 3 * (size_t)entry->node;
-            out[0] -= d.x, out[1] -= d.y, out[2] -= d.z;
-        }
+        Vec3 d = vec3_scale(moment_row(r, sample, entry), s.normal);
+        d = vec3_axpy(vec3_axpy(d, entry->f1, by_f1), entry->f2, by_f2);
+        double *out = gradient + 3 * (size_t)entry->node;
+        out[0] -= d.x, out[1] -= d.y, out[2] -= d.z;
+    }
+}
+
+void bending_rest_add_gradient(const BendingRest *r, const double *x, double *gradient) {
+    for (int i = 0; i < r->samples.sample_count; i++) {
+        add_sample_gradient(r, i, x, 0, gradient);
+    }
+}
+
+void bending_rest_add_border_gradient(const BendingRest *r, const double *x, double *gradient) {
+    for (int k = 0; k < r->border_count; k++) {
+        add_sample_gradient(r, r->border[k], x, r->solved_count, gradient);
     }
 }
 

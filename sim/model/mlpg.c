@@ -96,6 +96,11 @@ static void add_rest_gradient(const Cloth *cloth, const double *x, double *gradi
     bending_add_rest_gradient(&mlpg->bending, x, gradient);
 }
 
+static void add_ghost_gradient(const Cloth *cloth, const double *x, double *gradient) {
+    const Mlpg *mlpg = cloth->data;
+    bending_add_border_gradient(&mlpg->bending, x, gradient);
+}
+
 static void stress(const Cloth *cloth, const double *x, double *out) {
     const Mlpg *mlpg = cloth->data;
     strain_stress(&mlpg->membrane, x, out);
@@ -143,6 +148,7 @@ const ClothModel cloth_model_mlpg = {
     .energy = energy,
     .add_gradient = add_gradient,
     .add_rest_gradient = add_rest_gradient,
+    .add_ghost_gradient = add_ghost_gradient,
     .stress = stress,
     .predict_stress = predict_stress,
     .couple = couple,

@@ -69,6 +69,8 @@ struct ClothModel {
     /* Only the rest-curvature part of dE/dx, which the sweep of `lattice` leaves out unless
      * lattice->rest; NULL: nothing. */
     void (*add_rest_gradient)(const Cloth *cloth, const double *x, double *gradient);
+    /* Only dE/dx of the ghosts, on which the sweep of `lattice` has no forces; NULL without one. */
+    void (*add_ghost_gradient)(const Cloth *cloth, const double *x, double *gradient);
     /* Stress per strain sample [N/m], as mixed-point Newton keeps it: stress = C strain(x);
      * (strain_count). */
     void (*stress)(const Cloth *cloth, const double *x, double *stress);

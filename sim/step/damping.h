@@ -21,23 +21,23 @@ typedef struct DampingView {
     const SweepLattice *lattices; /* (cloth_count) nu = 0: no sweep */
     const int *grain;             /* (cloth_count) rows of a chunk */
     const Lanes *lanes;
-    const int *slot;               /* (place_count) */
-    double *buffers;               /* row buffers, one set a chunk */
-    size_t buffer_size;            /* [double] of one chunk */
-    double *place[3];              /* [m] (place_count x 3) work space */
-    double *gradient;              /* [N] likewise */
-    const unsigned char *held;     /* (place_count) moved by a handle: mass damping takes nothing */
+    const int *slot;           /* (place_count) */
+    double *buffers;           /* row buffers, one set a chunk */
+    size_t buffer_size;        /* [double] of one chunk */
+    double *place[3];          /* [m] (place_count x 3) work space */
+    double *gradient;          /* [N] likewise */
+    const unsigned char *held; /* (place_count) moved by a handle: mass damping takes nothing */
     const Lead *bending, *membrane;
 } DampingView;
 
 typedef struct Damping {
     const System *system;
     DampingView view;
-    Lanes ahead;       /* those of the engine, but v: [N] what damping adds to the forces */
-    double *before[3]; /* [m/s] (slot_count) velocities before the kick */
-    double *rows[2];   /* [J] of rows: fabric, drag */
-    long step;         /* of the steps since t = 0, all as long as those of now */
-    bool measures;     /* this step */
+    Lanes ahead;         /* those of the engine, but v: [N] what damping adds to the forces */
+    double *before[3];   /* [m/s] (slot_count) velocities before the kick */
+    double *rows[2];     /* [J] of rows: fabric, drag */
+    long step;           /* of the steps since t = 0, all as long as those of now */
+    bool measures;       /* this step */
     double fabric, drag; /* [J] taken out in this interval; drag less what the wind does */
 } Damping;
 

@@ -262,9 +262,14 @@ static void kick(Explicit *e, double dt) {
             if (rest || air) {
                 clear_force(e, c);
             }
+            if (e->steer.turns[c] && cloth->ghost_count > 0) {
+                gather(e, e->system->first[c], e->system->first[c + 1], e->lanes.x, e->x);
+                steer_find_forces(&e->steer, c, e->x, e->gradient);
+            }
         } else {
             add_model_force(e, c, cloth->model->add_gradient);
             kick_scattered(e, c, &kick_one);
+            steer_take_forces(&e->steer, &e->lanes, e->slot, c);
             clear_force(e, c);
         }
     }

@@ -8,6 +8,8 @@ Steer steer_create(const System *system) {
                    .held_places = arena_push(system->arena, int, system->place_count),
                    .targets = arena_push(system->arena, double, 3 * system->place_count),
                    .placed = arena_push(system->arena, Placed, system->handle_count),
+                   .turns = arena_push(system->arena, unsigned char, system->cloth_count),
+                   .ghost_force = arena_push(system->arena, double, 3 * system->place_count),
                    .v_held = arena_push(system->arena, double, 3 * system->place_count)};
 }
 
@@ -17,6 +19,13 @@ void steer_begin(Steer *s, const State *state) {
     for (int i = 0; i < s->system->place_count; i++) {
         s->held_places[s->held_count] = i;
         s->held_count += s->held[i] != 0;
+    }
+    memset(s->turns, 0, (size_t)s->system->cloth_count);
+    for (int h = 0; h < s->system->handle_count; h++) {
+        const HandleDef *def = s->system->handles[h].def;
+        if (def->kind == HANDLE_CLAMP && motion_end(&def->motion) > state->time) {
+            s->turns[def->cloth] = 1;
+        }
     }
     memcpy(s->v_held, state->v, 3 * (size_t)s->system->place_count * sizeof *s->v_held);
 }
@@ -42,6 +51,26 @@ void steer_place_targets(Steer *s, double time) {
     s->targets_known = true;
 }
 
+void steer_take_forces(Steer *s, const Lanes *lanes, const int *slot, int c) {
+    int first = s->system->first[c] + s->system->cloths[c].node_count;
+    for (int i = first; i < s->system->first[c + 1] && s->turns[c]; i++) {
+        for (int a = 0; a < 3; a++) {
+            s->ghost_force[3 * i + a] = lanes->f[a][slot[i]];
+        }
+    }
+}
+
+void steer_find_forces(Steer *s, int c, const double *x, double *gradient) {
+    const Cloth *cloth = &s->system->cloths[c];
+    size_t nodes = 3 * (size_t)cloth->node_count, ghosts = 3 * (size_t)cloth->ghost_count;
+    memset(gradient + nodes, 0, ghosts * sizeof *gradient);
+    cloth->model->add_ghost_gradient(cloth, x, gradient);
+    double *force = s->ghost_force + 3 * (size_t)s->system->first[c] + nodes;
+    for (size_t k = 0; k < ghosts; k++) {
+        force[k] = -gradient[nodes + k];
+    }
+}
+
 static void steer_place(Steer *s, const Lanes *lanes, int i, int slot, const SweepKick *kick,
                         double dt, double *work) {
     double mass = s->system->mass[i], *v_held = s->v_held + 3 * i;
@@ -53,10 +82,9 @@ static void steer_place(Steer *s, const Lanes *lanes, int i, int slot, const Swe
             *v = v_held[a] = 0.0;
             continue;
         }
-        if (mass > 0.0) { /* ghosts have none */
-            double internal = mass * ((*v / kick->keep - v_held[a]) / kick->dt - push[a]);
-            *work -= internal * moved;
-        }
+        double force = mass > 0.0 ? mass * ((*v / kick->keep - v_held[a]) / kick->dt - push[a])
+                                  : s->ghost_force[3 * i + a];
+        *work -= force * moved;
         *v = v_held[a] = moved / dt;
     }
 }
