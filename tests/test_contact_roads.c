@@ -138,7 +138,7 @@ static void test_driven(void **unused) {
     CHECK_AT_MOST((double)crossings, 0.0);
 }
 
-/* row 16: ten sheets fall on a ball, and nothing crosses */
+/* row 16: ten sheets fall on a ball; nothing crosses, and the energy is accounted for */
 static void test_layers(void **unused) {
     (void)unused;
     char text[8192];
@@ -156,12 +156,19 @@ static void test_layers(void **unused) {
              "  floor: {plane: {}, at: [0, 0, -25 cm]}\nsolver: {stepper: central}\n");
     Play play;
     long crossings = 0;
+    double lost = 0.0, start = 0.0, high = 0.0, now = 0.0;
     play_start(&play, text);
+    const Statistics *s = &play.sim.statistics;
     for (int f = 1; f <= 90; f++) {
         play_to(&play, f / 30.0);
         crossings += play_crossings(&play);
+        now = s->kinetic + s->elastic + s->gravity + s->contact;
+        start = f == 1 ? now : start;
+        high = f == 1 ? s->gravity : high;
+        lost += f == 1 ? 0.0 : s->friction + s->damping + s->guard + s->sides + s->fabric + s->drag;
     }
     CHECK_AT_MOST((double)crossings, 0.0);
+    CHECK_NEAR((now + lost - start) / (high - s->gravity), 0.0, 0.04);
     play_end(&play);
 }
 
