@@ -1,5 +1,6 @@
 #include "sim/model/hinges.h"
 
+#include <limits.h>
 #include <math.h>
 #include <string.h>
 
@@ -144,13 +145,7 @@ int hinges_couple(const Hinges *h, int *pairs) {
     int count = 0;
     for (int i = 0; i < h->element_count; i++) {
         const HingeElement *el = &h->elements[i];
-        for (int a = 1; a < el->node_count; a++) {
-            for (int b = 0; b < a; b++, count++) {
-                if (pairs) {
-                    pairs[2 * count] = el->node[a], pairs[2 * count + 1] = el->node[b];
-                }
-            }
-        }
+        count += block_pairs(el->node, el->node_count, INT_MAX, pairs ? pairs + 2 * count : NULL);
     }
     return count;
 }
@@ -162,12 +157,7 @@ void hinges_bind(Hinges *h, const BlockMatrix *matrix, int first, Arena *arena) 
     for (int i = 0; i < h->element_count; i++) {
         HingeElement *el = &h->elements[i];
         el->place = at;
-        for (int a = 0; a < el->node_count; a++) {
-            for (int b = 0; b <= a; b++) {
-                h->places[at++] =
-                    block_matrix_place(matrix, first + el->node[a], first + el->node[b]);
-            }
-        }
+        at += block_places(matrix, el->node, el->node_count, INT_MAX, first, h->places + at);
     }
 }
 

@@ -230,22 +230,11 @@ QUADS void strain_predict_stress(const StrainSamples *samples, const double *x_n
     BY_KIND(predict_stress, samples, x_new, dx, stress);
 }
 
-/* calls `use` for every lower pair (a >= b in the sample's order) of solved nodes */
 int strain_couple(const StrainSamples *s, int *pairs) {
     int count = 0;
     for (int i = 0; i < s->sample_count; i++) {
-        for (int a = s->start[i]; a < s->start[i + 1]; a++) {
-            for (int b = s->start[i]; b < a; b++) {
-                if (s->node[a] >= s->node_limit || s->node[b] >= s->node_limit) {
-                    continue;
-                }
-                if (pairs) {
-                    pairs[2 * count] = s->node[a];
-                    pairs[2 * count + 1] = s->node[b];
-                }
-                count++;
-            }
-        }
+        count += block_pairs(s->node + s->start[i], s->start[i + 1] - s->start[i], s->node_limit,
+                             pairs ? pairs + 2 * count : NULL);
     }
     return count;
 }
@@ -257,15 +246,9 @@ void strain_bind(StrainSamples *s, const BlockMatrix *matrix, int first, Arena *
         s->place_start[i + 1] = s->place_start[i] + n * (n + 1) / 2;
     }
     s->places = arena_push(arena, BlockPlace, s->place_start[s->sample_count]);
-    BlockPlace *place = s->places;
     for (int i = 0; i < s->sample_count; i++) {
-        for (int a = s->start[i]; a < s->start[i + 1]; a++) {
-            for (int b = s->start[i]; b <= a; b++, place++) {
-                bool solved = s->node[a] < s->node_limit && s->node[b] < s->node_limit;
-                *place = solved ? block_matrix_place(matrix, first + s->node[a], first + s->node[b])
-                                : (BlockPlace){-1, 0};
-            }
-        }
+        block_places(matrix, s->node + s->start[i], s->start[i + 1] - s->start[i], s->node_limit,
+                     first, s->places + s->place_start[i]);
     }
 }
 

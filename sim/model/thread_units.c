@@ -234,41 +234,15 @@ void thread_units_add_hessian(const ThreadUnits *u, const double *x, double *val
     }
 }
 
-static int couple(const int *nodes, int count, int limit, int *pairs) {
-    int found = 0;
-    for (int a = 1; a < count; a++) {
-        for (int b = 0; b < a; b++) {
-            if (nodes[a] < limit && nodes[b] < limit) {
-                if (pairs) {
-                    pairs[2 * found] = nodes[a], pairs[2 * found + 1] = nodes[b];
-                }
-                found++;
-            }
-        }
-    }
-    return found;
-}
-
 int thread_units_couple(const ThreadUnits *u, int *pairs) {
     int count = 0;
     for (int i = 0; i < u->bend_count; i++) {
-        count += couple(u->bends[i].node, 3, u->node_limit, pairs ? pairs + 2 * count : NULL);
+        count += block_pairs(u->bends[i].node, 3, u->node_limit, pairs ? pairs + 2 * count : NULL);
     }
     for (int i = 0; i < u->cell_count; i++) {
-        count += couple(u->cells[i], 4, u->node_limit, pairs ? pairs + 2 * count : NULL);
+        count += block_pairs(u->cells[i], 4, u->node_limit, pairs ? pairs + 2 * count : NULL);
     }
     return count;
-}
-
-static void bind(const int *nodes, int count, int limit, const BlockMatrix *matrix, int first,
-                 BlockPlace *places) {
-    for (int a = 0; a < count; a++) {
-        for (int b = 0; b <= a; b++, places++) {
-            bool solved = nodes[a] < limit && nodes[b] < limit;
-            *places = solved ? block_matrix_place(matrix, first + nodes[a], first + nodes[b])
-                             : (BlockPlace){-1, 0};
-        }
-    }
 }
 
 void thread_units_bind(ThreadUnits *u, const BlockMatrix *matrix, int first, Arena *arena) {
@@ -277,9 +251,9 @@ void thread_units_bind(ThreadUnits *u, const BlockMatrix *matrix, int first, Are
     u->cell_places =
         (BlockPlace(*)[10])arena_alloc(arena, sizeof(BlockPlace[10]) * (size_t)u->cell_count);
     for (int i = 0; i < u->bend_count; i++) {
-        bind(u->bends[i].node, 3, u->node_limit, matrix, first, u->bend_places[i]);
+        block_places(matrix, u->bends[i].node, 3, u->node_limit, first, u->bend_places[i]);
     }
     for (int i = 0; i < u->cell_count; i++) {
-        bind(u->cells[i], 4, u->node_limit, matrix, first, u->cell_places[i]);
+        block_places(matrix, u->cells[i], 4, u->node_limit, first, u->cell_places[i]);
     }
 }

@@ -208,42 +208,17 @@ static void add_gradient(const Cloth *cloth, const double *x, double *gradient) 
     }
 }
 
-static int pairs_of(const int *nodes, int count, int limit, int *pairs) {
-    int found = 0;
-    for (int a = 1; a < count; a++) {
-        for (int b = 0; b < a; b++) {
-            if (nodes[a] < limit && nodes[b] < limit) {
-                if (pairs) {
-                    pairs[2 * found] = nodes[a], pairs[2 * found + 1] = nodes[b];
-                }
-                found++;
-            }
-        }
-    }
-    return found;
-}
-
 static int couple(const Cloth *cloth, int *pairs) {
     const YarnFriction *f = cloth->friction;
     int count = f->inner->couple(cloth, pairs);
     for (int i = 0; i < f->thread_count; i++) {
-        count += pairs_of(f->threads[i].node, 3, f->node_limit, pairs ? pairs + 2 * count : NULL);
+        count +=
+            block_pairs(f->threads[i].node, 3, f->node_limit, pairs ? pairs + 2 * count : NULL);
     }
     for (int i = 0; i < f->cell_count; i++) {
-        count += pairs_of(f->cells[i], 4, f->node_limit, pairs ? pairs + 2 * count : NULL);
+        count += block_pairs(f->cells[i], 4, f->node_limit, pairs ? pairs + 2 * count : NULL);
     }
     return count;
-}
-
-static void find_places(const int *nodes, int count, int limit, const BlockMatrix *matrix,
-                        int first, BlockPlace *places) {
-    for (int a = 0; a < count; a++) {
-        for (int b = 0; b <= a; b++, places++) {
-            bool solved = nodes[a] < limit && nodes[b] < limit;
-            *places = solved ? block_matrix_place(matrix, first + nodes[a], first + nodes[b])
-                             : (BlockPlace){-1, 0};
-        }
-    }
 }
 
 static void bind_hessian(Cloth *cloth, const BlockMatrix *matrix, int first, Arena *arena) {
@@ -254,10 +229,10 @@ static void bind_hessian(Cloth *cloth, const BlockMatrix *matrix, int first, Are
     f->cell_places =
         (BlockPlace(*)[10])arena_alloc(arena, sizeof(BlockPlace[10]) * (size_t)f->cell_count);
     for (int i = 0; i < f->thread_count; i++) {
-        find_places(f->threads[i].node, 3, f->node_limit, matrix, first, f->thread_places[i]);
+        block_places(matrix, f->threads[i].node, 3, f->node_limit, first, f->thread_places[i]);
     }
     for (int i = 0; i < f->cell_count; i++) {
-        find_places(f->cells[i], 4, f->node_limit, matrix, first, f->cell_places[i]);
+        block_places(matrix, f->cells[i], 4, f->node_limit, first, f->cell_places[i]);
     }
 }
 

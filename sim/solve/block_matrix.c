@@ -73,6 +73,35 @@ BlockMatrix block_matrix_create(int node_count, const int *pairs, int pair_count
     return m;
 }
 
+int block_pairs(const int *nodes, int count, int limit, int *pairs) {
+    int found = 0;
+    for (int a = 1; a < count; a++) {
+        for (int b = 0; b < a; b++) {
+            if (nodes[a] < limit && nodes[b] < limit) {
+                if (pairs) {
+                    pairs[2 * found] = nodes[a], pairs[2 * found + 1] = nodes[b];
+                }
+                found++;
+            }
+        }
+    }
+    return found;
+}
+
+int block_places(const BlockMatrix *matrix, const int *nodes, int count, int limit, int first,
+                 BlockPlace *places) {
+    int found = 0;
+    for (int a = 0; a < count; a++) {
+        for (int b = 0; b <= a; b++) {
+            bool solved = nodes[a] < limit && nodes[b] < limit;
+            places[found++] = solved
+                                  ? block_matrix_place(matrix, first + nodes[a], first + nodes[b])
+                                  : (BlockPlace){-1, 0};
+        }
+    }
+    return found;
+}
+
 int block_matrix_block_count(const BlockMatrix *m) { return m->column_start[m->node_count]; }
 
 bool block_matrix_find(const BlockMatrix *m, int row, int column, BlockPlace *place) {

@@ -36,6 +36,14 @@ BlockPlace block_matrix_place(const BlockMatrix *matrix, int row, int column);
 /* The same; false when it is not in the pattern. */
 bool block_matrix_find(const BlockMatrix *matrix, int row, int column, BlockPlace *place);
 
+/* The nodes of one element; those from `limit` on are not solved for (ghosts). Appends their pairs to
+ * `pairs` (NULL: only counts) and returns how many. */
+int block_pairs(const int *nodes, int count, int limit, int *pairs);
+/* The places of its blocks, lower triangle row by row, with nodes counted from `first`; base -1 where a
+ * node is not solved for. Returns how many: count (count + 1) / 2. */
+int block_places(const BlockMatrix *matrix, const int *nodes, int count, int limit, int first,
+                 BlockPlace *places);
+
 int block_matrix_block_count(const BlockMatrix *matrix);
 
 static inline void block_add(double *values, BlockPlace place, const double block[9]) {
