@@ -118,9 +118,9 @@ Contact *contact_create(const ContactDef *def, Arena *arena) {
     c->v = arena_push(arena, double, 3 * c->places.count);
     c->held = arena_push(arena, unsigned char, c->places.count);
     memset(c->held + n, 1, (size_t)(c->places.count - n));
-    c->stiff = arena_push(arena, double, n);
     c->touched = arena_push(arena, int, n);
     c->is_touched = arena_push(arena, unsigned char, n);
+    c->pushes = arena_push(arena, Push, n);
     c->tolls = arena_push(arena, Toll, n);
     c->losses = arena_push(arena, Loss, parallel_chunk_count(n, CONTACT_VERTEX_GRAIN));
     c->changed = arena_push(arena, int, n);
@@ -387,15 +387,21 @@ void contact_end(Contact *c, ContactMemory *memory) {
                                              memory->pair_room - memory->touch_count);
 }
 
-/* crowded vertices are slow: inertia where stiffness is too much for the step */
-static void slow_chunk(int chunk, int first, int end, void *context) {
+/* forces to the lanes; crowded vertices are slow: inertia where stiffness is too much for the step */
+static void hand_over_chunk(int chunk, int first, int end, void *context) {
     (void)chunk;
     Contact *c = context;
+    const Lanes *lanes = c->view.lanes;
     for (int k = first; k < end; k++) {
-        int place = c->touched[k];
-        double inertia = c->stiff[place] * c->step * c->step / CONTACT_STABLE_SHARE;
-        double *weight = &c->view.lanes->weight[c->view.slot[place]];
-        *weight = inertia * c->weight_kept[place] > 1.0 ? 1.0 / inertia : c->weight_kept[place];
+        int place = c->touched[k], slot = c->view.slot[place];
+        Push *push = &c->pushes[place];
+        double inertia = push->stiffness * c->step * c->step / CONTACT_STABLE_SHARE;
+        double own = c->weight_kept[place];
+        lanes->f[0][slot] += push->force.x;
+        lanes->f[1][slot] += push->force.y;
+        lanes->f[2][slot] += push->force.z;
+        lanes->weight[slot] = inertia * own > 1.0 ? 1.0 / inertia : own;
+        *push = (Push){0};
     }
 }
 
@@ -406,7 +412,7 @@ static void push_all(Contact *c, double dt, double share) {
     if (c->def->obstacle_count > 0) {
         obstacle_forces(c, dt, share);
     }
-    parallel_for(c->touched_count, CONTACT_VERTEX_GRAIN, slow_chunk, c);
+    parallel_for(c->touched_count, CONTACT_VERTEX_GRAIN, hand_over_chunk, c);
 }
 
 void contact_forces(Contact *c, double dt, double share, double time_end) {

@@ -44,6 +44,12 @@ typedef struct Twin {
     int key[3], pair; /* pair < 0: a free place */
 } Twin;
 
+/* What contact does to a vertex in the kick of this step; zero between steps. */
+typedef struct Push {
+    Vec3 force;       /* [N] */
+    double stiffness; /* [N/m] sum over contacts, see CONTACT_STABLE_SHARE */
+} Push;
+
 /* What takes energy out of a vertex in this step [N s]: the work of each is known when the guard has
  * settled the velocity, of which it meets the mean with that before the kick. */
 typedef struct Toll {
@@ -87,11 +93,11 @@ struct Contact {
     Twin *twins; /* (twin_room) hash table of contacts that already gave a force */
     int twin_room, twin_count;
     int *twin_places; /* (twin_count) used places of the table */
-    double *stiff;    /* [N/m] (vertex_count) sum of contact stiffness, see CONTACT_STABLE_SHARE */
     int *touched;     /* vertices with forces in this step, until its losses are counted */
     unsigned char *is_touched;
     int touched_count;
     Loss *losses;           /* of chunks of those touched */
+    Push *pushes;           /* (vertex_count) */
     Toll *tolls;            /* (vertex_count) of those touched */
     double step, kick_time; /* [s] of this step, of its kick */
     double stiffness;       /* see ContactMemory */

@@ -36,19 +36,19 @@ static inline int contact_next_forces(const Contact *c, const ContactForceJob *j
 
 /* Adds the share w of a force to a vertex. */
 static inline void contact_push(Contact *c, int place, double w, const ContactForce *force) {
-    const Lanes *lanes = c->view.lanes;
-    int slot = c->view.slot[place];
     Toll *toll = &c->tolls[place];
-    lanes->f[0][slot] += w * force->sum.x;
-    lanes->f[1][slot] += w * force->sum.y;
-    lanes->f[2][slot] += w * force->sum.z;
-    c->stiff[place] += fabs(w) * force->stiffness;
+    Push *push = &c->pushes[place];
+    double impulse = w * c->kick_time;
+    push->force = vec3_axpy(push->force, w, force->sum);
+    push->stiffness += fabs(w) * force->stiffness;
     if (!c->is_touched[place]) {
         c->is_touched[place] = 1;
         c->touched[c->touched_count++] = place;
-        *toll = (Toll){.before = contact_velocity(c, place)};
+        *toll = (Toll){.damping = vec3_scale(impulse, force->damping),
+                       .friction = vec3_scale(impulse, force->friction),
+                       .before = contact_velocity(c, place)};
+        return;
     }
-    double impulse = w * c->kick_time;
     toll->damping = vec3_axpy(toll->damping, impulse, force->damping);
     toll->friction = vec3_axpy(toll->friction, impulse, force->friction);
 }

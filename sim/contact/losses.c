@@ -25,7 +25,6 @@ static void clear_chunk(int chunk, int first, int end, void *context) {
             lanes->weight[slot] = own;
         }
         lanes->f[0][slot] = lanes->f[1][slot] = lanes->f[2][slot] = 0.0;
-        c->stiff[place] = 0.0;
     }
 }
 

@@ -65,7 +65,9 @@ static void keep_within_reach(const Search *s, int first) {
         if (s->scattered) {
             pair->dhat = pair_rest_limit(s->scattered, pair, s->dhat);
         }
-        lists_recall(s->lists, pair);
+        if (pair->distance < pair->dhat) { /* whatever does not push lets go */
+            lists_recall(s->lists, pair);
+        }
         found->due[kept] = s->path + pair->distance - s->near;
         found->pairs[kept++] = *pair;
     }
