@@ -20,6 +20,9 @@ static Cost estimate(const Sim *sim) {
     cost.step = given && (implicit || solver->step < limit) ? solver->step : limit;
     cost.seconds = duration / cost.step *
                    (implicit ? choose_implicit_cost(system) : choose_explicit_cost(system));
+    if (sim->stepper->sweep_cost > 0.0) {
+        cost.seconds *= sim->stepper->sweep_cost * solver->sweeps;
+    }
     return cost;
 }
 

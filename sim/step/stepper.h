@@ -12,9 +12,10 @@
 
 typedef struct Stepper {
     const char *name, *about;
-    bool implicit; /* needs matrices */
-    bool limits;   /* holds springs to their limit after each step; others refuse such cloth */
-    bool history;  /* commits what cloth remembers, step by step; others refuse such cloth */
+    bool implicit;     /* needs matrices */
+    double sweep_cost; /* of a sweep over that of a step of `central`; 0: does no sweeps */
+    bool limits;       /* holds springs to their limit after each step; others refuse such cloth */
+    bool history;      /* commits what cloth remembers, step by step; others refuse such cloth */
     /* Allocates what advance needs; *data is passed on. */
     bool (*create)(const System *system, void **data, Error *error);
     /* From state->time to time_end. Adds to *statistics. Errors: EXIT_DIFFERS with the reason. */

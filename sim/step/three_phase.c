@@ -218,6 +218,7 @@ static bool advance(const System *system, void *data, State *state, double time_
 const Stepper stepper_three_phase = {
     .name = "three_phase",
     .about = "free fall, random moves of nodes, velocity of both (Breen et al. 1994)",
+    .sweep_cost = 25.0,
     .create = create,
     .advance = advance,
 };
