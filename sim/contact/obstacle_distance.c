@@ -5,6 +5,7 @@
  * from the whole solid. */
 #include <math.h>
 
+#include "sim/base/parallel.h"
 #include "sim/contact/engine.h"
 
 static bool vec3_same(Vec3 a, Vec3 b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
@@ -14,14 +15,16 @@ static Vec3 frame_apply(const Frame *f, Vec3 a) {
     return vec3_axpy(sum, a.z, f->axis[2]);
 }
 
-/* of a vertex now: `own`, filled, unless it is known */
+/* Of a vertex now, unless it is known: into `own`, as other threads may read what is known; a thread
+ * alone makes it known to the next triangle. */
 static const VertexDistance *vertex_distance(const Contact *c, const Points *x, int place,
                                              int obstacle, VertexDistance *own) {
-    const VertexDistance *known =
+    VertexDistance *known =
         &c->distances[(size_t)place * (size_t)c->def->obstacle_count + (size_t)obstacle];
     if (known->stamp == c->lists.stamp) {
         return known;
     }
+    own = parallel_threads() == 1 ? known : own;
     const Frame *f = &c->frames[obstacle];
     Vec3 d = vec3_sub(point_at(x, place), f->origin);
     own->stamp = c->lists.stamp;
