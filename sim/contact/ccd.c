@@ -23,13 +23,11 @@ static bool ends(double advance, double distance, double target, double *t) {
 
 double ccd_pair(PairKind kind, const Vec3 x[4], const Vec3 p[4], double target, Vec3 *normal) {
     Vec3 y[4];
-    Points points = {&y[0].x};
-    Pair pair = {.kind = kind, .place = {0, 1, 2, 3}};
     int first = kind == PAIR_FACE ? 1 : 2;
     double t = 0.0;
     for (int round = 0; round < CONTACT_CCD_ROUNDS; round++) {
         move(x, p, t, 4, y);
-        pair_evaluate(&points, &pair);
+        Pair pair = pair_between(kind, y);
         if (!(pair.distance > 0.0)) {
             return t;
         }
@@ -117,6 +115,19 @@ double ccd_solid(const Solid *solid, const Vec3 x[3], const Vec3 p[3], double ta
                 advance = apart / closing;
             }
         }
+        if (ends(advance, distance, target, &t)) {
+            return t;
+        }
+    }
+    return t;
+}
+
+double ccd_solid_point(const Solid *solid, Vec3 x, Vec3 p, double target, Vec3 *normal) {
+    double t = 0.0;
+    for (int round = 0; round < CONTACT_CCD_ROUNDS; round++) {
+        double distance = solid_distance(solid, vec3_axpy(x, t, p), normal);
+        double closing = -vec3_dot(*normal, p);
+        double advance = closing > 0.0 ? (distance - target) / closing : INFINITY;
         if (ends(advance, distance, target, &t)) {
             return t;
         }

@@ -23,6 +23,8 @@ double ccd_pair(PairKind kind, const Vec3 x[4], const Vec3 p[4], double target, 
 
 /* The same for a triangle and a solid that stands still; everything in the solid's frame. */
 double ccd_solid(const Solid *solid, const Vec3 x[3], const Vec3 p[3], double target, Vec3 *normal);
+/* ... and for one point. */
+double ccd_solid_point(const Solid *solid, Vec3 x, Vec3 p, double target, Vec3 *normal);
 
 /* Signed distance [m] of a triangle from a solid, in its frame, with the normal there, the weights
  * of the nearest point and the feature that holds it (as a set of corners). */

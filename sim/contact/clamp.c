@@ -90,10 +90,7 @@ static double distance_of(const Clamp *c, const Candidate *item, const ClampObst
         return ccd_solid_distance(&c->near.def->obstacles[item->obstacle].solid, y, &normal, w,
                                   &feature);
     }
-    Points points = {&y[0].x};
-    Pair pair = {.kind = item->kind, .place = {0, 1, 2, 3}};
-    pair_evaluate(&points, &pair);
-    return pair.distance;
+    return pair_between(item->kind, y).distance;
 }
 
 /* candidates of this motion that could come too near, with their targets */
@@ -148,10 +145,8 @@ static double foot_motion(const Candidate *item, const Vec3 y[4], const Vec3 p[4
     for (int k = 0; k < 4; k++) {
         stopped[k] = vec3_axpy(y[k], t, p[k]);
     }
-    Points points = {&stopped[0].x};
-    Pair pair = {.kind = item->kind, .place = {0, 1, 2, 3}};
+    Pair pair = pair_between(item->kind, stopped);
     double sum = 0.0;
-    pair_evaluate(&points, &pair);
     for (int k = begin; k < end; k++) {
         sum += fabs(pair.weight[k]) * along[k];
     }

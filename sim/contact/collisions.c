@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "sim/contact/ccd.h"
+#include "sim/contact/force.h"
 #include "sim/contact/impulses.h"
 
 #define COLLISION_CORE 0.05 /* of H: nearer than this in a step is a collision */
@@ -65,34 +66,11 @@ static bool pair_collides(Contact *c, const Pair *pair, double dt, Strike *s) {
     for (int a = 0; a < 4; a++) {
         x[a] = vec3_axpy(x[a], t, p[a]);
     }
-    Points points = {&x[0].x};
-    Pair then = *pair;
-    for (int a = 0; a < 4; a++) {
-        then.place[a] = a;
-    }
-    pair_evaluate(&points, &then);
+    Pair then = pair_between(pair->kind, x);
     *s = impulses_pair(c, pair);
     memcpy(s->weight, then.weight, sizeof s->weight);
-    s->normal = then.normal;
+    s->normal = then.distance > 0.0 ? then.normal : pair->normal;
     return true;
-}
-
-/* ccd_solid for one point: the solid lies behind the tangent plane of its nearest point */
-static double ccd_point(const Solid *solid, Vec3 x, Vec3 p, double target, Vec3 *normal) {
-    double t = 0.0;
-    for (int round = 0; round < CONTACT_CCD_ROUNDS; round++) {
-        double distance = solid_distance(solid, vec3_axpy(x, t, p), normal);
-        double closing = -vec3_dot(*normal, p);
-        double advance = closing > 0.0 ? (distance - target) / closing : INFINITY;
-        if (t + advance >= 1.0) {
-            return 1.0;
-        }
-        if (advance < CONTACT_CCD_ADVANCE || (t > 0.0 && distance <= CONTACT_CCD_NEAR * target)) {
-            return t;
-        }
-        t += advance;
-    }
-    return t;
 }
 
 /* corners and motions of a touch in the frame of its solid */
@@ -108,13 +86,6 @@ static void motion_at_solid(const Contact *c, const Strike *s, double dt, Vec3 *
     }
 }
 
-/* [m/s] of the solid, in this step, where it is at `local` */
-static Vec3 velocity_at_solid(const Contact *c, int obstacle, Vec3 local, double dt) {
-    Vec3 from = pose_apply(c->poses[obstacle], local), to = pose_apply(c->next[obstacle], local);
-    bool moves = c->def->obstacles[obstacle].moves;
-    return moves ? vec3_scale(1.0 / dt, vec3_sub(to, from)) : vec3(0, 0, 0);
-}
-
 static bool touch_collides(Contact *c, const Touch *touch, double dt, Strike *s) {
     const ContactObstacle *obstacle = &c->def->obstacles[touch->obstacle];
     const Solid *solid = &obstacle->solid;
@@ -127,7 +98,7 @@ static bool touch_collides(Contact *c, const Touch *touch, double dt, Strike *s)
     }
     double target = core_of(c->def->vertex_distance[s->place[0]],
                             touch->spare ? lowest : min2(lowest, touch->distance));
-    double t = s->count == 1 ? ccd_point(solid, x[0], p[0], target, &up)
+    double t = s->count == 1 ? ccd_solid_point(solid, x[0], p[0], target, &up)
                              : ccd_solid(solid, x, p, target, &up);
     if (t >= 1.0) {
         return false;
@@ -144,7 +115,8 @@ static bool touch_collides(Contact *c, const Touch *touch, double dt, Strike *s)
     }
     const Pose *end = obstacle->moves ? &c->next[touch->obstacle] : &c->poses[touch->obstacle];
     s->normal = quat_rotate(end->turn, up);
-    s->carried = velocity_at_solid(c, touch->obstacle, meets, dt);
+    s->carried =
+        contact_carried(c, touch->obstacle, pose_apply(c->poses[touch->obstacle], meets), dt);
     return true;
 }
 
@@ -211,7 +183,7 @@ static int look(Contact *c, double dt, Answer *answer) {
     for (int k = 0; k < c->due_count; k++) {
         look_at_pair(c, &c->due_pairs[k], dt, answer);
     }
-    for (int k = 0; k < contact_cloth_groups(c) * c->def->obstacle_count; k++) {
+    for (int k = 0; k < contact_owners(c); k++) {
         const GroupTouch *group = &c->group_touches[k];
         for (int t = group->begin; t < group->begin + group->count; t++) {
             look_at_touch(c, t, dt, answer);
@@ -242,10 +214,8 @@ static bool settle_zone(Contact *c, int root, double dt) {
     int count = 0, place = root, solid = i->zones.solid[root];
     do {
         bool held = contact_mobility(c, place) == 0.0;
-        Vec3 x = vec3_load(c->x + 3 * (long)place), lead = {0, 0, 0};
-        if (solid >= 0) {
-            lead = velocity_at_solid(c, solid, pose_unapply(c->poses[solid], x), dt);
-        }
+        Vec3 x = vec3_load(c->x + 3 * (long)place);
+        Vec3 lead = solid >= 0 ? contact_carried(c, solid, x, dt) : vec3(0, 0, 0);
         i->mass[count] = held ? INFINITY : 1.0 / c->weight_kept[place];
         i->place[count] = x;
         i->lead[count] = lead;
@@ -337,13 +307,7 @@ static bool pair_ends_near(const Contact *c, const Pair *pair, double dt) {
     for (int a = 0; a < 4; a++) {
         x[a] = vec3_add(x[a], p[a]);
     }
-    Points points = {&x[0].x};
-    Pair then = *pair;
-    for (int a = 0; a < 4; a++) {
-        then.place[a] = a;
-    }
-    pair_evaluate(&points, &then);
-    return too_near(pair->dhat, pair->distance, then.distance);
+    return too_near(pair->dhat, pair->distance, pair_between(pair->kind, x).distance);
 }
 
 static bool touch_ends_near(const Contact *c, const Touch *touch, double dt) {

@@ -85,11 +85,11 @@ static void index_groups(Contact *c, Arena *arena) {
 
 static void create_obstacles(Contact *c, Arena *arena) {
     int n = c->def->vertex_count, o = c->def->obstacle_count;
-    int groups = contact_cloth_groups(c);
-    c->group_touches = arena_push(arena, GroupTouch, groups * o);
-    c->owner_wanted = arena_push(arena, unsigned char, groups *o);
-    c->due_groups = arena_push(arena, int, groups *o);
-    c->touch_counts = arena_push(arena, int, groups *o);
+    int owners = contact_owners(c);
+    c->group_touches = arena_push(arena, GroupTouch, owners);
+    c->owner_wanted = arena_push(arena, unsigned char, owners);
+    c->due_groups = arena_push(arena, int, owners);
+    c->touch_counts = arena_push(arena, int, owners);
     c->distances = arena_push(arena, VertexDistance, n * o);
     c->poses = arena_push(arena, Pose, o);
     c->frames = arena_push(arena, Frame, o);
@@ -317,7 +317,7 @@ static bool become_quiet(Contact *c, double dt) {
     size_t o = (size_t)c->def->obstacle_count;
     lists_clear(&c->lists, NULL, 0);
     memset(c->bristles, 0, 3 * o * (size_t)c->def->vertex_count * sizeof *c->bristles);
-    memset(c->group_touches, 0, o * (size_t)contact_cloth_groups(c) * sizeof *c->group_touches);
+    memset(c->group_touches, 0, (size_t)contact_owners(c) * sizeof *c->group_touches);
     c->touch_count = c->touch_end = c->touch_memory_count = 0;
     c->due_count = c->due_touch_count = c->due_group_count = 0;
     return true;

@@ -75,8 +75,7 @@ typedef struct ContactStatistics {
     double stiffened; /* [J] stored by making the law stiffer for the next interval */
     double approach;  /* [m/s] fastest approach of a near pair */
     double rounds, zones, zone_vertices; /* of collisions; impact zones, summed over steps */
-    bool
-        rejected; /* the interval is not to be used: impact zones would take too much, or it leapt */
+    bool rejected; /* not to be used: impact zones would take too much, or something leapt */
     double seconds, search_seconds; /* [s] of the clock: all of contact; the lists in it */
 } ContactStatistics;
 

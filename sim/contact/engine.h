@@ -144,6 +144,10 @@ static inline double *contact_vertex_bristle(const Contact *c, int place, int ob
 static inline int contact_cloth_groups(const Contact *c) {
     return c->surface.first_group[c->def->panel_count];
 }
+/* groups of cloth at obstacles: group g at obstacle o is number g x obstacle_count + o */
+static inline int contact_owners(const Contact *c) {
+    return contact_cloth_groups(c) * c->def->obstacle_count;
+}
 static inline Points contact_positions(const Contact *c) { return (Points){c->x}; }
 void contact_gather(Contact *c); /* after positions changed */
 static inline Vec3 contact_velocity(const Contact *c, int place) {
@@ -193,6 +197,8 @@ void mesh_demand(Contact *c, int obstacle, double dt); /* after c->next was set 
 double mesh_free_share(const Contact *c, int obstacle, double dt);
 void mesh_move(Contact *c, int obstacle, double phi);
 double pair_friction(const Contact *c, const Pair *pair); /* mu */
+/* [m/s] velocity of a mesh at the pair, in the sense of the weights; 0 between cloths */
+Vec3 pair_carried(const Contact *c, const Pair *pair);
 /* the mesh that a pair is at, or -1 */
 int pair_obstacle(const Contact *c, const Pair *pair);
 /* How far the mesh side of a pair will reach beyond its closest point [m]; `away` is the normal

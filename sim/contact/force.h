@@ -21,6 +21,12 @@ static inline Vec3 contact_point_velocity(const Contact *c, int count, const int
     return v;
 }
 
+/* [m/s] of a solid at a point; a still one is asked no further. */
+static inline Vec3 contact_carried(const Contact *c, int obstacle, Vec3 point, double dt) {
+    bool moves = c->def->obstacles[obstacle].moves;
+    return moves ? obstacle_velocity(c, obstacle, point, dt) : vec3(0.0, 0.0, 0.0);
+}
+
 /* Forces of c->pushing, from `begin` on. */
 typedef struct ContactForceJob {
     Contact *c;

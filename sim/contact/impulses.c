@@ -27,26 +27,20 @@ Impulses *impulses_create(const Contact *c, Arena *arena) {
 Strike impulses_pair(const Contact *c, const Pair *pair) {
     Strike s = {.count = 4,
                 .normal = pair->normal,
+                .carried = pair_carried(c, pair),
                 .friction = pair_friction(c, pair),
                 .obstacle = pair_obstacle(c, pair)};
     memcpy(s.place, pair->place, sizeof s.place);
     memcpy(s.weight, pair->weight, sizeof s.weight);
-    for (int a = 0; a < 4 && s.obstacle >= 0; a++) {
-        if (s.place[a] >= c->def->vertex_count) {
-            s.carried = vec3_axpy(s.carried, -s.weight[a], contact_velocity(c, s.place[a]));
-        }
-    }
     return s;
 }
 
 Strike impulses_touch(const Contact *c, const Touch *touch, double dt) {
     Strike s = {.count = touch->place[1] < 0 ? 1 : 3,
                 .normal = touch->normal,
+                .carried = contact_carried(c, touch->obstacle, touch->point, dt),
                 .friction = touch_friction(c, touch),
                 .obstacle = touch->obstacle};
-    if (c->def->obstacles[touch->obstacle].moves) {
-        s.carried = obstacle_velocity(c, touch, dt);
-    }
     memcpy(s.place, touch->place, sizeof touch->place);
     memcpy(s.weight, touch->weight, sizeof touch->weight);
     return s;

@@ -116,6 +116,7 @@ void lists_query(Lists *lists, const Points *x, const unsigned char *wanted, dou
 
 /* Closest points of a pair. */
 void pair_evaluate(const Points *points, Pair *pair);
+Pair pair_between(PairKind kind, const Vec3 x[4]);
 
 /* [m] a lower bound of the distance, from the normal of the last evaluation: cheap, and tight
  * while the pair has not turned. */

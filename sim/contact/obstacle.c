@@ -4,7 +4,11 @@
 #include "sim/base/parallel.h"
 #include "sim/contact/force.h"
 
-static const double whole[1] = {1.0}; /* of a vertex */
+/* those of a vertex are not looked up: they lie in a cache line of their own */
+static const double *touch_weights(const Touch *touch) {
+    static const double whole[1] = {1.0};
+    return touch->place[1] < 0 ? whole : touch->weight;
+}
 
 /* ---- forces ---- */
 
@@ -26,10 +30,6 @@ static bool moves(const Contact *c, const Touch *touch) {
     return c->def->obstacles[touch->obstacle].moves;
 }
 
-static Vec3 carried_by(const Contact *c, const Touch *touch, double dt) {
-    return moves(c, touch) ? obstacle_velocity(c, touch, dt) : vec3(0.0, 0.0, 0.0);
-}
-
 static Vec3 touch_velocity(const Contact *c, const Touch *touch) {
     if (touch->place[1] < 0) {
         return contact_velocity(c, touch->place[0]);
@@ -47,7 +47,7 @@ static ContactForce force_of(const Contact *c, Touch *touch, double dt, double s
     double force, curvature, critical = 2.0 * sqrt(CONTACT_STIFFNESS) * mass / dt;
     double damping = CONTACT_DAMPING * critical;
     contact_law(touch->distance, touch_distance(c, touch), k, &force, &curvature);
-    Vec3 carried = carried_by(c, touch, dt);
+    Vec3 carried = contact_carried(c, touch->obstacle, touch->point, dt);
     Vec3 v = vec3_sub(touch_velocity(c, touch), carried);
     double vn = vec3_dot(v, touch->normal), total = max2(0.0, force - damping * vn);
     Vec3 sliding = vec3_axpy(v, -vn, touch->normal);
@@ -124,9 +124,8 @@ void obstacle_forces(Contact *c, double dt, double share) {
         parallel_for(count, CONTACT_FORCE_GRAIN, find_forces, &job);
         for (int k = 0; k < count; k++) {
             const Touch *touch = &c->touches[c->pushing[job.begin + k]];
-            bool vertex = touch->place[1] < 0;
-            contact_apply(c, &c->forces[k], vertex ? 1 : 3, touch->place,
-                          vertex ? whole : touch->weight);
+            contact_apply(c, &c->forces[k], touch_corners(touch), touch->place,
+                          touch_weights(touch));
         }
     }
     for (int k = 0; k < c->follower_count; k++) {
@@ -140,7 +139,7 @@ void obstacle_forces(Contact *c, double dt, double share) {
 static double take_speeds(Contact *c, double dt) {
     int obstacles = c->def->obstacle_count;
     double most = 0.0;
-    for (int i = 0; i < contact_cloth_groups(c) * obstacles; i++) {
+    for (int i = 0; i < contact_owners(c); i++) {
         const GroupMotion *motion = &c->motion[i / obstacles];
         GroupTouch *group = &c->group_touches[i];
         group->speed = motion->fastest + c->obstacle_speed[i % obstacles];
@@ -150,8 +149,8 @@ static double take_speeds(Contact *c, double dt) {
 }
 
 void obstacle_refresh(Contact *c, double dt) {
-    take_speeds(c, dt);
-    if (obstacle_search(c, false, dt)) {
+    bool outgrown = CONTACT_LEAST_NEAR_STEPS * take_speeds(c, dt) > 1.0;
+    if (outgrown && obstacle_search(c, false, dt)) {
         obstacle_look(c);
     }
 }
@@ -162,18 +161,16 @@ static void touch_impulse(Contact *c, const Touch *touch, double dt) {
     if (touch->distance - floor >= motion) {
         return;
     }
-    Vec3 carried = carried_by(c, touch, dt);
+    Vec3 carried = contact_carried(c, touch->obstacle, touch->point, dt);
     double vn = vec3_dot(vec3_sub(touch_velocity(c, touch), carried), touch->normal);
     double least = touch->distance > floor ? (floor - touch->distance) / dt : 0.0;
-    bool vertex = touch->place[1] < 0;
-    contact_impulse(c, vertex ? 1 : 3, touch->place, vertex ? whole : touch->weight, touch->normal,
+    contact_impulse(c, touch_corners(touch), touch->place, touch_weights(touch), touch->normal,
                     carried, vn, least);
 }
 
 /* the corners stay on their side of the plane, less what is reserved for the obstacle */
 static void touch_shorten(Contact *c, const Points *x, const Touch *touch, double dt) {
-    double reach = moves(c, touch) ? obstacle_reach(c, touch) : 0.0;
-    double reserve = max2(0.0, min2(reach, 0.5 * touch->distance));
+    double reserve = max2(0.0, min2(obstacle_reach(c, touch), 0.5 * touch->distance));
     double floor = reserve + CONTACT_PLANE_FLOOR * touch_distance(c, touch);
     double motion = dt * c->motion[touch->owner / c->def->obstacle_count].fastest;
     if (motion <= CONTACT_PLANE_SHARE * (touch->distance - floor)) {
@@ -227,7 +224,7 @@ bool obstacle_check(Contact *c, double dt) {
 }
 
 void obstacle_advance(Contact *c, double dt) {
-    for (int i = 0; i < contact_cloth_groups(c) * c->def->obstacle_count; i++) {
+    for (int i = 0; i < contact_owners(c); i++) {
         c->group_touches[i].path += c->group_touches[i].speed * dt;
     }
 }
@@ -245,7 +242,7 @@ static double energy_of(const Contact *c, const Touch *touch, double dt) {
 
 double obstacle_energy(const Contact *c, double dt) {
     double energy = 0.0;
-    for (int i = 0; i < contact_cloth_groups(c) * c->def->obstacle_count; i++) {
+    for (int i = 0; i < contact_owners(c); i++) {
         const GroupTouch *group = &c->group_touches[i];
         for (int t = group->begin; t < group->begin + group->count; t++) {
             energy += group->path >= c->touch_due[t] ? energy_of(c, &c->touches[t], dt) : 0.0;

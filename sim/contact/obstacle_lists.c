@@ -17,10 +17,6 @@ static void touch_key(const Touch *touch, int key[4]) {
     key[3] = touch->obstacle;
 }
 
-static int owner_count(const Contact *c) {
-    return contact_cloth_groups(c) * c->def->obstacle_count;
-}
-
 /* ---- blocks of touches ---- */
 
 static void make_touch_room(Contact *c, int room) {
@@ -61,7 +57,7 @@ static void drop_block(Contact *c, GroupTouch *group) {
 /* closes the holes; what lies near in the cloth lies near in memory again */
 static void pack_blocks(Contact *c) {
     int end = 0;
-    for (int i = 0; i < owner_count(c); i++) {
+    for (int i = 0; i < contact_owners(c); i++) {
         GroupTouch *group = &c->group_touches[i];
         size_t count = (size_t)group->count;
         if (count > 0) {
@@ -160,7 +156,7 @@ static bool is_wanted(const GroupTouch *group, bool by_path, double dt) {
 
 bool obstacle_search(Contact *c, bool by_path, double dt) {
     int wanted = 0;
-    for (int i = 0; i < owner_count(c); i++) {
+    for (int i = 0; i < contact_owners(c); i++) {
         c->owner_wanted[i] = is_wanted(&c->group_touches[i], by_path, dt);
         wanted += c->owner_wanted[i];
     }
@@ -170,7 +166,7 @@ bool obstacle_search(Contact *c, bool by_path, double dt) {
     Points x = contact_positions(c);
     c->statistics.rebuilds++;
     c->touch_memory_count = 0;
-    for (int i = 0; i < owner_count(c); i++) {
+    for (int i = 0; i < contact_owners(c); i++) {
         if (c->owner_wanted[i]) {
             drop_block(c, &c->group_touches[i]);
         }
@@ -179,7 +175,7 @@ bool obstacle_search(Contact *c, bool by_path, double dt) {
         pack_blocks(c);
     }
     int first = c->touch_end;
-    for (int i = 0; i < owner_count(c); i++) {
+    for (int i = 0; i < contact_owners(c); i++) {
         if (c->owner_wanted[i]) {
             query_group(c, &x, i / c->def->obstacle_count, i % c->def->obstacle_count, dt);
         }
@@ -216,8 +212,7 @@ void obstacle_begin(Contact *c, double dt) {
         obstacle_place(c, o);
     }
     c->touch_count = c->touch_end = c->due_touch_count = c->due_group_count = 0;
-    memset(c->group_touches, 0,
-           (size_t)(contact_cloth_groups(c) * c->def->obstacle_count) * sizeof *c->group_touches);
+    memset(c->group_touches, 0, (size_t)contact_owners(c) * sizeof *c->group_touches);
     for (int g = 0; g < contact_cloth_groups(c); g++) {
         for (int o = 0; o < c->def->obstacle_count; o++) {
             GroupTouch *group = &c->group_touches[g * c->def->obstacle_count + o];
@@ -317,7 +312,7 @@ static void triangle_chunk(int chunk, int first, int end, void *context) {
 
 void obstacle_look(Contact *c) {
     LookJob job = {c, contact_positions(c)};
-    int owners = owner_count(c);
+    int owners = contact_owners(c);
     parallel_for(owners, OWNER_GRAIN, due_chunk, &job);
     int groups = parallel_close_up(c->due_groups, c->touch_counts, owners, OWNER_GRAIN);
     parallel_for(groups, LOOK_GRAIN, vertex_chunk, &job);
@@ -345,7 +340,7 @@ void obstacle_find(Contact *c, double dt) {
 
 int obstacle_remember(const Contact *c, PairMemory *memory, int room) {
     int count = 0;
-    for (int i = 0; i < owner_count(c); i++) {
+    for (int i = 0; i < contact_owners(c); i++) {
         const GroupTouch *group = &c->group_touches[i];
         for (int t = group->begin; t < group->begin + group->count && count < room; t++) {
             const Touch *touch = &c->touches[t];

@@ -69,13 +69,9 @@ void obstacle_demand(Contact *c, double dt, double time_end) {
     }
 }
 
-Vec3 obstacle_velocity(const Contact *c, const Touch *touch, double dt) {
-    if (!c->def->obstacles[touch->obstacle].moves) {
-        return vec3(0, 0, 0);
-    }
-    Vec3 local = pose_unapply(c->poses[touch->obstacle], touch->point);
-    Vec3 moved = pose_apply(c->next[touch->obstacle], local);
-    return vec3_scale(1.0 / dt, vec3_sub(moved, touch->point));
+Vec3 obstacle_velocity(const Contact *c, int obstacle, Vec3 point, double dt) {
+    Vec3 moved = pose_apply(c->next[obstacle], pose_unapply(c->poses[obstacle], point));
+    return vec3_scale(1.0 / dt, vec3_sub(moved, point));
 }
 
 double obstacle_reach(const Contact *c, const Touch *touch) {

@@ -1,6 +1,5 @@
 /* pair.c: closest points of vertex and triangle, edge and edge. */
 #include <limits.h>
-#include <string.h>
 
 #include "sim/contact/constants.h"
 #include "sim/contact/lists.h"
@@ -34,6 +33,13 @@ void pair_evaluate(const Points *points, Pair *pair) {
     }
 }
 
+Pair pair_between(PairKind kind, const Vec3 x[4]) {
+    Points points = {&x[0].x};
+    Pair pair = {.kind = kind, .place = {0, 1, 2, 3}};
+    pair_evaluate(&points, &pair);
+    return pair;
+}
+
 double pair_bound(const Points *points, const Pair *pair) {
     double height[4];
     for (int k = 0; k < 4; k++) {
@@ -65,13 +71,10 @@ void pair_twin_key(const Pair *pair, int key[3]) {
 }
 
 double pair_rest_limit(const SurfacePanel *panel, const Pair *pair, double dhat) {
-    double flat[12] = {0};
+    Vec3 flat[4];
     for (int k = 0; k < 4; k++) {
-        memcpy(flat + 3 * k, panel->material + 2 * (size_t)(pair->place[k] - panel->first),
-               2 * sizeof(double));
+        const double *material = panel->material + 2 * (size_t)(pair->place[k] - panel->first);
+        flat[k] = vec3(material[0], material[1], 0.0);
     }
-    Points points = {flat};
-    Pair rest = {.kind = pair->kind, .place = {0, 1, 2, 3}};
-    pair_evaluate(&points, &rest);
-    return min2(dhat, CONTACT_REST_SHARE * rest.distance);
+    return min2(dhat, CONTACT_REST_SHARE * pair_between(pair->kind, flat).distance);
 }

@@ -297,10 +297,9 @@ static Vec3 pair_velocity(const Contact *c, const Pair *pair) {
     return contact_point_velocity(c, 4, pair->place, pair->weight);
 }
 
-/* velocity of a mesh at the pair; 0 between cloths */
-static Vec3 carried_by_mesh(const Contact *c, const Pair *pair) {
+Vec3 pair_carried(const Contact *c, const Pair *pair) {
     Vec3 carried = {0, 0, 0};
-    for (int a = 0; a < 4; a++) {
+    for (int a = 0; a < 4 && c->places.meshes; a++) {
         if (pair->place[a] >= c->def->vertex_count) {
             Vec3 v = contact_velocity(c, pair->place[a]);
             carried = vec3_axpy(carried, -pair->weight[a], v);
@@ -323,8 +322,7 @@ static ContactForce force_of(const Contact *c, Pair *pair, double dt, double sha
                           .damping = vec3_scale(total - force, pair->normal),
                           .friction = friction,
                           .stiffness = 2.0 * (curvature + damping / dt),
-                          .carried =
-                              c->places.meshes ? carried_by_mesh(c, pair) : vec3(0.0, 0.0, 0.0),
+                          .carried = pair_carried(c, pair),
                           .approach = -vn};
 }
 
@@ -446,7 +444,7 @@ static void pair_impulse(Contact *c, const Pair *pair, double dt) {
     double floor = CONTACT_IMPULSE_GAP * pair->dhat;
     double vn = vec3_dot(pair_velocity(c, pair), pair->normal);
     double least = pair->distance > floor ? (floor - pair->distance) / dt : 0.0;
-    contact_impulse(c, 4, pair->place, pair->weight, pair->normal, carried_by_mesh(c, pair), vn,
+    contact_impulse(c, 4, pair->place, pair->weight, pair->normal, pair_carried(c, pair), vn,
                     least);
 }
 

@@ -72,8 +72,8 @@ int obstacle_remember(const Contact *c, PairMemory *memory, int room);
 /* obstacle_motion.c */
 void obstacle_place(Contact *c, int obstacle); /* its frame, from its pose */
 void obstacle_demand(Contact *c, double dt, double time_end);
-/* [m/s] of a moving obstacle at the contact point, from its demanded motion */
-Vec3 obstacle_velocity(const Contact *c, const Touch *touch, double dt);
+/* [m/s] of a moving solid at a point, from its demanded motion */
+Vec3 obstacle_velocity(const Contact *c, int obstacle, Vec3 point, double dt);
 /* [m] how far it will reach along the normal beyond the plane of now */
 double obstacle_reach(const Contact *c, const Touch *touch);
 void obstacle_move(Contact *c, double dt);

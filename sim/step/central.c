@@ -122,6 +122,12 @@ static bool say_why(const System *system, const Central *central, const State *s
                          "impact zones would glue more than 2 %% of it; 'contact: penalty' may",
                          name, shortest, state->time);
     }
+    if (result->contact.rejected) {
+        return error_set(error, EXIT_DIFFERS,
+                         "%s: no step down to %.2g s is so short that nothing leaps in it, from "
+                         "t = %g s on",
+                         name, shortest, state->time);
+    }
     return error_set(error, EXIT_DIFFERS,
                      "%s: no step down to %.2g s keeps the energy from t = %g s on (it rose by "
                      "%.3g J more than the work done)",
