@@ -8,6 +8,7 @@
 #include "tests/support/check.h"
 #include "tests/support/folder.h"
 #include "tests/support/play.h"
+#include "tests/support/resume.h"
 #include "tests/support/shell.h"
 
 #define STANDARD_GRAVITY 9.81 /* [m/s2] default of a scene */
@@ -108,23 +109,12 @@ static void test_files(void **unused) {
     assert_non_null(strstr(text, "look: contact-force"));
 }
 
-/* Stopped and resumed: the same file, forces and all. */
+/* forces and all */
 static void test_resume(void **unused) {
     (void)unused;
-    char text[4096];
-    write_file("whole.yaml", "contact-force");
-    assert_int_equal(run("%s/scripts/toile sim %s/whole.yaml -o %s/whole --frames 30 --quiet", text,
-                         sizeof text),
-                     0);
-    assert_int_equal(run("%s/scripts/toile sim %s/whole.yaml -o %s/parts --frames 12 --quiet", text,
-                         sizeof text),
-                     0);
-    assert_int_equal(run("%s/scripts/toile sim %s/whole.yaml -o %s/parts --frames 30 --resume "
-                         "--quiet",
-                         text, sizeof text),
-                     0);
-    assert_int_equal(
-        run("%s/scripts/toile diff --profile exact %s/whole %s/parts", text, sizeof text), 0);
+    char text[1200];
+    write_scene(text, sizeof text, "contact-force", "", 0.1);
+    resume_check(text, 12, 30);
 }
 
 static int set_up(void **unused) {

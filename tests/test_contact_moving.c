@@ -7,6 +7,7 @@
 #include "tests/support/check.h"
 #include "tests/support/folder.h"
 #include "tests/support/play.h"
+#include "tests/support/resume.h"
 #include "tests/support/shell.h"
 
 #define MESHES TOILE_SOURCE_DIR "/assets/meshes/"
@@ -136,48 +137,27 @@ static void test_static(void **unused) {
     play_end(&play);
 }
 
-/* format: of the program, the folder, the folder */
-static int run(const char *format, char *text, size_t size) {
-    char command[1200];
-    snprintf(command, sizeof command, format, TOILE_SOURCE_DIR, folder_path(""), folder_path(""));
-    return shell_run(command, text, size);
-}
+static const char cape[] =
+    "toile: 1\nfilm: {rate: 30, seconds: 1.2}\ncloth:\n  cape:\n"
+    "    shape: {rectangle: {width: 110 cm, height: 90 cm}}\n    fabric: wool-tropical\n"
+    "    nodes: 17 x 14\n    turn: {axis: x, by: 90 deg}\n    at: [0, 20 cm, 82 cm]\n"
+    "    damping: 0.5 1/s\nhandles:\n"
+    "  - {hold: cape.top-left, motion: [{move: {by: [48 cm, -36 cm, -4 cm], from: 0 s, to: "
+    "0.8 s}}]}\n"
+    "  - {hold: cape.top-right, motion: [{move: {by: [-48 cm, -36 cm, -4 cm], from: 0 s, to: "
+    "0.8 s}}]}\nobstacles:\n"
+    "  form: {mesh: {file: " MESHES "mannequin.glb}, motion: file, friction: 0.4}\n"
+    "solver: {stepper: bdf2}\n";
 
 /* A cape drawn around the dress form that turns its hips against its chest: stopped and resumed by
  * another number of threads it is the same file, and nothing crosses in it. */
 static void test_body(void **unused) {
     (void)unused;
-    char text[4096];
-    FILE *file = fopen(folder_path("cape.yaml"), "w");
-    assert_non_null(file);
-    fputs("toile: 1\nfilm: {rate: 30, seconds: 1.2}\ncloth:\n  cape:\n"
-          "    shape: {rectangle: {width: 110 cm, height: 90 cm}}\n    fabric: wool-tropical\n"
-          "    nodes: 17 x 14\n    turn: {axis: x, by: 90 deg}\n    at: [0, 20 cm, 82 cm]\n"
-          "    damping: 0.5 1/s\nhandles:\n"
-          "  - {hold: cape.top-left, motion: [{move: {by: [48 cm, -36 cm, -4 cm], from: 0 s, to: "
-          "0.8 s}}]}\n"
-          "  - {hold: cape.top-right, motion: [{move: {by: [-48 cm, -36 cm, -4 cm], from: 0 s, to: "
-          "0.8 s}}]}\nobstacles:\n"
-          "  form: {mesh: {file: " MESHES "mannequin.glb}, motion: file, friction: 0.4}\n"
-          "solver: {stepper: bdf2}\n",
-          file);
-    assert_int_equal(fclose(file), 0);
-    assert_int_equal(run("%s/scripts/toile sim %s/cape.yaml -o %s/whole --threads 1 --quiet 2>&1",
-                         text, sizeof text),
-                     0);
-    assert_int_equal(run("%s/scripts/toile sim %s/cape.yaml -o %s/parts --frames 12 --threads 2 "
-                         "--quiet 2>&1",
-                         text, sizeof text),
-                     0);
-    assert_int_equal(run("%s/scripts/toile sim %s/cape.yaml -o %s/parts --resume --threads 1 "
-                         "--quiet 2>&1",
-                         text, sizeof text),
-                     0);
-    assert_int_equal(
-        run("%s/scripts/toile diff --profile exact %s/whole %s/parts", text, sizeof text), 0);
-    assert_int_equal(
-        run("%s/scripts/toile measure %s/whole --crossings | tail -n 1 # %s", text, sizeof text),
-        0);
+    char command[600], text[4096];
+    resume_check(cape, 12, 36);
+    snprintf(command, sizeof command, "%s/scripts/toile measure %s --crossings | tail -n 1",
+             TOILE_SOURCE_DIR, folder_path("whole"));
+    assert_int_equal(shell_run(command, text, sizeof text), 0);
     assert_string_equal(text, "0 crossings in 0 of 36 frames\n");
 }
 

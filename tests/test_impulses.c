@@ -8,7 +8,7 @@
 #include "tests/support/check.h"
 #include "tests/support/folder.h"
 #include "tests/support/play.h"
-#include "tests/support/shell.h"
+#include "tests/support/resume.h"
 
 #define G 9.80665
 #define FABRIC                                                                                     \
@@ -529,36 +529,10 @@ static void test_weight(void **unused) {
     play_end(&play);
 }
 
-/* ---- the program ---- */
-
-static int run(const char *arguments) {
-    char command[1000], text[4096];
-    snprintf(command, sizeof command, "%s/scripts/toile %s 2>&1", TOILE_SOURCE_DIR, arguments);
-    int code = shell_run(command, text, sizeof text);
-    if (code != 0) {
-        print_message("%s\n%s", command, text);
-    }
-    return code;
-}
-
-/* a heap, stopped in the middle and resumed by three threads: the same file */
+/* a heap, stopped in the middle and resumed by three threads */
 static void test_resume(void **unused) {
     (void)unused;
-    char arguments[600];
-    FILE *file = fopen(folder_path("heap.yaml"), "w");
-    assert_non_null(file);
-    fputs(folded, file);
-    fclose(file);
-    const char *const runs[] = {"whole --frames 20", "parts --frames 14",
-                                "parts --frames 20 --resume --threads 3"};
-    for (int k = 0; k < 3; k++) {
-        snprintf(arguments, sizeof arguments, "sim %s -o %s --quiet", folder_path("heap.yaml"),
-                 folder_path(runs[k]));
-        assert_int_equal(run(arguments), 0);
-    }
-    snprintf(arguments, sizeof arguments, "diff --profile exact %s %s", folder_path("whole"),
-             folder_path("parts"));
-    assert_int_equal(run(arguments), 0);
+    resume_check(folded, 14, 20);
 }
 
 static int set_up(void **unused) {

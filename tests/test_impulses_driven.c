@@ -7,7 +7,7 @@
 #include "tests/support/check.h"
 #include "tests/support/folder.h"
 #include "tests/support/play.h"
-#include "tests/support/shell.h"
+#include "tests/support/resume.h"
 
 #define G 9.80665
 #define FABRIC                                                                                     \
@@ -193,34 +193,10 @@ static const char swept[] =
     "[{turn: {axis: z, by: 0.25 turns, from: 0 s, to: 0.5 s}}, {move: {by: [0, 20 cm, 0], from: "
     "0 s, to: 0.5 s}}]}\n" SOLVER;
 
-static int run(const char *arguments) {
-    char command[1000], text[4096];
-    snprintf(command, sizeof command, "%s/scripts/toile %s 2>&1", TOILE_SOURCE_DIR, arguments);
-    int code = shell_run(command, text, sizeof text);
-    if (code != 0) {
-        print_message("%s\n%s", command, text);
-    }
-    return code;
-}
-
 /* for any threads, and when it was stopped on the way */
 static void test_bits(void **unused) {
     (void)unused;
-    char arguments[600];
-    FILE *file = fopen(folder_path("swept.yaml"), "w");
-    assert_non_null(file);
-    fputs(swept, file);
-    fclose(file);
-    const char *const runs[] = {"whole --frames 20 --threads 1", "parts --frames 12 --threads 2",
-                                "parts --frames 20 --resume --threads 3"};
-    for (int k = 0; k < 3; k++) {
-        snprintf(arguments, sizeof arguments, "sim %s -o %s --quiet", folder_path("swept.yaml"),
-                 folder_path(runs[k]));
-        assert_int_equal(run(arguments), 0);
-    }
-    snprintf(arguments, sizeof arguments, "diff --profile exact %s %s", folder_path("whole"),
-             folder_path("parts"));
-    assert_int_equal(run(arguments), 0);
+    resume_check(swept, 12, 20);
 }
 
 static int set_up(void **unused) {
