@@ -161,7 +161,7 @@ typedef struct AirDef {
 typedef struct SolverDef {
     const char *stepper;           /* name in steppers[]; "auto" */
     double step;                   /* [s] time step; 0 = the stepper's own choice */
-    int newton_iterations, sweeps; /* per implicit step; 2; of moves in one of three_phase; 20 */
+    int newton_iterations, sweeps; /* of an implicit step, 2; of one of three_phase, 20 */
     double courant;                /* explicit step / stability limit; 0.8 */
     double tolerance;        /* [m] by which a step of rk45 may put a node wrong in a frame; 1e-5 */
     bool breen;              /* the second phase of three_phase as published; false */

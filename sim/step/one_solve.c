@@ -18,10 +18,7 @@ typedef struct OneSolve {
 
 static bool create(const System *system, void **data, Error *error) {
     if (system_has_contact(system)) {
-        return error_set(error, EXIT_BAD_INPUT,
-                         "%s: stepper 'one_solve' follows free cloth only, without obstacles and "
-                         "with 'solver: {self_contact: false}'; 'backward_euler' has contact",
-                         system->scene->path);
+        return stepper_refuse(system, "one_solve", "obstacles", "backward_euler", error);
     }
     OneSolve *o = arena_push(system->arena, OneSolve, 1);
     o->implicit = implicit_create(system);

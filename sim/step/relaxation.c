@@ -36,10 +36,7 @@ typedef struct Relaxation {
 
 static bool create(const System *system, void **data, Error *error) {
     if (system_has_contact(system)) {
-        return error_set(error, EXIT_BAD_INPUT,
-                         "%s: stepper 'relaxation' moves free cloth only, without obstacles and "
-                         "with 'solver: {self_contact: false}'; 'static' has contact",
-                         system->scene->path);
+        return stepper_refuse(system, "relaxation", "obstacles", "static", error);
     }
     Relaxation *r = arena_push(system->arena, Relaxation, 1);
     r->implicit = implicit_create(system);

@@ -62,12 +62,10 @@ typedef struct RungeKutta {
     double limit, step;                                /* [s] */
 } RungeKutta;
 
-static bool create(const System *system, const Tableau *tableau, void **data, Error *error) {
+static bool create(const System *system, const char *name, const Tableau *tableau, void **data,
+                   Error *error) {
     if (system_has_contact(system) || system->scene->air.normal_drag > 0.0) {
-        return error_set(error, EXIT_BAD_INPUT,
-                         "%s: Runge-Kutta steppers follow free cloth only, without obstacles, "
-                         "normal drag, and with 'solver: {self_contact: false}'",
-                         system->scene->path);
+        return stepper_refuse(system, name, "obstacles, normal drag", "central", error);
     }
     RungeKutta *r = arena_push(system->arena, RungeKutta, 1);
     int n = 3 * system->place_count;
@@ -270,7 +268,7 @@ static bool advance(const System *system, void *data, State *state, double time_
 
 #define RUNGE_KUTTA(tableau, text)                                                                 \
     static bool create_##tableau(const System *system, void **data, Error *error) {                \
-        return create(system, &(tableau), data, error);                                            \
+        return create(system, #tableau, &(tableau), data, error);                                  \
     }                                                                                              \
     const Stepper stepper_##tableau = {                                                            \
         .name = #tableau, .about = text, .create = create_##tableau, .advance = advance}

@@ -31,6 +31,11 @@ const Stepper *stepper_find(const char *name);
 /* The stepper that a scene asks for; for "auto" that of choose.c. *why: one sentence. */
 const Stepper *stepper_choose(const System *system, const char **why);
 
+/* For steppers that move free cloth: false, with the reason. `without`: "obstacles" and what else they
+ * do not know; `instead`: a stepper that has contact, or NULL. */
+bool stepper_refuse(const System *system, const char *name, const char *without,
+                    const char *instead, Error *error);
+
 /* Halvings of a step or an interval before a run gives up. */
 #define STEP_MAX_HALVINGS 8
 /* Share of the energy at hand that may appear from nowhere in one interval. Discrete energy of

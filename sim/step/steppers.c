@@ -34,3 +34,12 @@ const Stepper *stepper_find(const char *name) {
     }
     return NULL;
 }
+
+bool stepper_refuse(const System *system, const char *name, const char *without,
+                    const char *instead, Error *error) {
+    return error_set(error, EXIT_BAD_INPUT,
+                     "%s: stepper '%s' moves free cloth only, without %s and with 'solver: "
+                     "{self_contact: false}'%s%s%s",
+                     system->scene->path, name, without, instead ? "; '" : "",
+                     instead ? instead : "", instead ? "' has contact" : "");
+}

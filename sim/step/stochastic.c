@@ -186,10 +186,7 @@ typedef struct Minimiser {
 
 static bool create(const System *system, void **data, Error *error) {
     if (system_has_contact(system) || vec3_length(system->scene->air.wind) > 0.0) {
-        return error_set(error, EXIT_BAD_INPUT,
-                         "%s: stepper 'stochastic' moves free cloth in still air only, without "
-                         "obstacles and with 'solver: {self_contact: false}'",
-                         system->scene->path);
+        return stepper_refuse(system, "stochastic", "obstacles, wind", NULL, error);
     }
     Minimiser *p = arena_push(system->arena, Minimiser, 1);
     p->sweeps = stochastic_create(system);

@@ -44,10 +44,7 @@ typedef struct ThreePhase {
 static bool create(const System *system, void **data, Error *error) {
     const AirDef *air = &system->scene->air;
     if (system_has_contact(system) || air->normal_drag > 0.0 || vec3_length(air->wind) > 0.0) {
-        return error_set(error, EXIT_BAD_INPUT,
-                         "%s: stepper 'three_phase' moves free cloth in still air only, without "
-                         "obstacles, normal drag, and with 'solver: {self_contact: false}'",
-                         system->scene->path);
+        return stepper_refuse(system, "three_phase", "obstacles, wind, normal drag", NULL, error);
     }
     ThreePhase *p = arena_push(system->arena, ThreePhase, 1);
     p->sweeps = stochastic_create(system);
