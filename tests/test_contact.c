@@ -67,20 +67,22 @@ static void test_closest(void **unused) {
 /* the nearest point of a triangle to every solid against a grid over the triangle */
 static void test_solid_triangle(void **unused) {
     (void)unused;
-    double worst = 0.0;
+    double worst = 0.0, told = 0.0;
     for (uint64_t k = 0; k < 3000; k++) {
         SolidKind kind = (SolidKind)(1 + k % (SOLID_KIND_COUNT - 1));
         Solid solid = {kind, {0.3, 0.2, 0.25}, kind == SOLID_BOX ? 0.02 * (double)(k % 3) : 0.2};
         Vec3 x[3], n[3], centre = random_point(7 * k, 0.6);
-        double d[3], w[3];
+        double d[3];
         for (int i = 0; i < 3; i++) {
             x[i] = vec3_add(centre, random_point(7 * k + 1 + (uint64_t)i, 0.3));
             d[i] = solid_distance(&solid, x[i], &n[i]);
         }
-        solid_nearest_on_triangle(&solid, x, d, n, w);
+        SolidNearest nearest = solid_nearest_on_triangle(&solid, x, d, n);
+        const double *w = nearest.weight;
         Vec3 normal, at = vec3_add(vec3_add(vec3_scale(w[0], x[0]), vec3_scale(w[1], x[1])),
                                    vec3_scale(w[2], x[2]));
         double found = solid_distance(&solid, at, &normal), least = INFINITY;
+        told = fmax(told, fabs(found - nearest.distance));
         for (int i = 0; i <= 40; i++) {
             for (int j = 0; i + j <= 40; j++) {
                 Vec3 on = vec3_axpy(vec3_axpy(x[0], i / 40.0, vec3_sub(x[1], x[0])), j / 40.0,
@@ -92,6 +94,7 @@ static void test_solid_triangle(void **unused) {
         worst = fmax(worst, least > 0.0 ? found - least : 0.0);
     }
     CHECK_AT_MOST(worst, 1e-7);
+    CHECK_AT_MOST(told, 1e-14);
 }
 
 static void incline(Play *play, double tangent, double speed) {

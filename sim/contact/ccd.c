@@ -1,5 +1,7 @@
 #include "sim/contact/ccd.h"
 
+#include <string.h>
+
 #include "sim/contact/constants.h"
 
 static void move(const Vec3 *x, const Vec3 *p, double t, int count, Vec3 *moved) {
@@ -52,23 +54,15 @@ double ccd_pair(PairKind kind, const Vec3 x[4], const Vec3 p[4], double target, 
 double ccd_solid_distance(const Solid *solid, const Vec3 x[3], Vec3 *normal, double weight[3],
                           int *feature) {
     double d[3];
-    Vec3 n[3], at = {0, 0, 0};
+    Vec3 n[3];
     for (int k = 0; k < 3; k++) {
         d[k] = solid_distance(solid, x[k], &n[k]);
     }
-    if (solid->kind == SOLID_PLANE) {
-        int low = d[0] <= d[1] ? 0 : 1;
-        low = d[2] < d[low] ? 2 : low;
-        weight[0] = weight[1] = weight[2] = 0.0;
-        weight[low] = 1.0;
-        *feature = 1 << low;
-    } else {
-        *feature = solid_nearest_on_triangle(solid, x, d, n, weight);
-    }
-    for (int k = 0; k < 3; k++) {
-        at = vec3_axpy(at, weight[k], x[k]);
-    }
-    return solid_distance(solid, at, normal);
+    SolidNearest nearest = solid_nearest_on_triangle(solid, x, d, n);
+    memcpy(weight, nearest.weight, sizeof nearest.weight);
+    *feature = nearest.feature;
+    *normal = nearest.normal;
+    return nearest.distance;
 }
 
 /* does the tangent plane below one corner part triangle and solid during the rest of the way? */

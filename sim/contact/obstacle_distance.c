@@ -4,6 +4,7 @@
  * nearest point lies inside an edge or the face. Each near triangle has a plane that parts it
  * from the whole solid. */
 #include <math.h>
+#include <string.h>
 
 #include "sim/base/parallel.h"
 #include "sim/contact/engine.h"
@@ -55,14 +56,12 @@ static void evaluate_vertex(Contact *c, const Points *x, Touch *touch) {
 static void search_triangle(const Contact *c, Touch *touch, const VertexDistance *const v[3]) {
     const Solid *solid = &c->def->obstacles[touch->obstacle].solid;
     Vec3 place[3] = {v[0]->place, v[1]->place, v[2]->place};
-    Vec3 normal[3] = {v[0]->normal, v[1]->normal, v[2]->normal}, nearest = {0, 0, 0}, up;
+    Vec3 normal[3] = {v[0]->normal, v[1]->normal, v[2]->normal};
     double d[3] = {v[0]->distance, v[1]->distance, v[2]->distance};
-    touch->feature = (short)solid_nearest_on_triangle(solid, place, d, normal, touch->weight);
-    for (int k = 0; k < 3; k++) {
-        nearest = vec3_axpy(nearest, touch->weight[k], place[k]);
-    }
-    double distance = solid_distance(solid, nearest, &up);
-    set_touch(c, touch, distance, nearest, up);
+    SolidNearest nearest = solid_nearest_on_triangle(solid, place, d, normal);
+    touch->feature = (short)nearest.feature;
+    memcpy(touch->weight, nearest.weight, sizeof touch->weight);
+    set_touch(c, touch, nearest.distance, nearest.point, nearest.normal);
 }
 
 /* The distance is convex: below no tangent plane. The tangent at a corner bounds it over the

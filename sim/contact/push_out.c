@@ -30,23 +30,23 @@ static void push_vertex(Pushed *s, const Solid *solid, Pose pose, int i) {
 
 /* a triangle may cut an edge or a corner although its own corners are outside */
 static void push_triangle(Pushed *s, const Solid *solid, Pose pose, const int place[3]) {
-    Vec3 p[3], normal[3], nearest = {0, 0, 0}, up;
-    double d[3], weight[3], square = 0.0;
+    Vec3 p[3], normal[3];
+    double d[3], square = 0.0;
     for (int k = 0; k < 3; k++) {
         p[k] = pose_unapply(pose, vec3_load(s->x + 3 * (size_t)place[k]));
         d[k] = solid_distance(solid, p[k], &normal[k]);
     }
-    solid_nearest_on_triangle(solid, p, d, normal, weight);
+    SolidNearest nearest = solid_nearest_on_triangle(solid, p, d, normal);
+    const double *weight = nearest.weight;
     for (int k = 0; k < 3; k++) {
-        nearest = vec3_axpy(nearest, weight[k], p[k]);
         square += s->held[place[k]] ? 0.0 : weight[k] * weight[k];
     }
     double wanted = s->def->vertex_distance[place[0]];
-    double missing = wanted - solid_distance(solid, nearest, &up);
+    double missing = wanted - nearest.distance;
     for (int k = 0; k < 3 && missing > (1.0 - TOO_CLOSE) * wanted && square > 0.0; k++) {
         if (weight[k] > 0.0) {
             double share = missing * weight[k] / square;
-            move_vertex(s, place[k], vec3_scale(share, quat_rotate(pose.turn, up)));
+            move_vertex(s, place[k], vec3_scale(share, quat_rotate(pose.turn, nearest.normal)));
         }
     }
 }

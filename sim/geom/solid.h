@@ -38,12 +38,18 @@ double solid_support(const Solid *solid, Vec3 direction);
 /* A point of the solid (not a plane) where that largest product is taken. */
 Vec3 solid_support_point(const Solid *solid, Vec3 direction);
 
-/* The point w[0] x[0] + w[1] x[1] + w[2] x[2] of a triangle where the signed distance is least
- * (the distance from a convex solid is convex), given distance and normal at its corners. Returns
- * the feature that holds it as a set of corners: bit k for x[k]. Not for planes, whose least
- * distance is always at a corner. */
-int solid_nearest_on_triangle(const Solid *solid, const Vec3 x[3], const double distance[3],
-                              const Vec3 normal[3], double w[3]);
+/* A point w[0] x[0] + w[1] x[1] + w[2] x[2] of a triangle. */
+typedef struct SolidNearest {
+    int feature; /* that holds it, as a set of corners: bit k for x[k] */
+    double weight[3];
+    Vec3 point, normal; /* in the solid's frame */
+    double distance;    /* [m] */
+} SolidNearest;
+
+/* Where the signed distance is least (the distance from a convex solid is convex), given distance and
+ * normal at the corners. */
+SolidNearest solid_nearest_on_triangle(const Solid *solid, const Vec3 x[3],
+                                       const double distance[3], const Vec3 normal[3]);
 
 /* [m] radius of a ball around the origin that holds the solid; INFINITY for a plane. */
 double solid_bound(const Solid *solid);

@@ -4,6 +4,7 @@
  * is inside, where the normal is that of the triangle, below the solid's support point. Nearest to
  * a sphere is what is nearest to its middle. */
 #include <stdbool.h>
+#include <string.h>
 
 #include "sim/geom/closest.h"
 #include "sim/geom/solid.h"
@@ -152,18 +153,19 @@ static bool search_face(const Solid *solid, const Vec3 x[3], Vec3 normal, double
     return w[0] > 0.0 && w[1] > 0.0 && w[2] > 0.0;
 }
 
-int solid_nearest_on_triangle(const Solid *solid, const Vec3 x[3], const double distance[3],
-                              const Vec3 normal[3], double w[3]) {
-    if (solid->kind == SOLID_SPHERE) {
-        return closest_on_triangle(vec3(0, 0, 0), x[0], x[1], x[2], w);
-    }
+static Vec3 point_of(const double w[3], const Vec3 x[3]) {
+    return vec3_add(vec3_add(vec3_scale(w[0], x[0]), vec3_scale(w[1], x[1])),
+                    vec3_scale(w[2], x[2]));
+}
+
+/* the nearest corner, or the nearest point of a side */
+static SolidNearest nearest_on_sides(const Solid *solid, const Vec3 x[3], const double distance[3],
+                                     const Vec3 normal[3]) {
     int low = distance[0] <= distance[1] ? 0 : 1;
     low = distance[2] < distance[low] ? 2 : low;
-    int feature = 1 << low, third = -1;
-    double best = distance[low];
-    Vec3 up = normal[low];
-    w[0] = w[1] = w[2] = 0.0;
-    w[low] = 1.0;
+    SolidNearest best = {
+        .feature = 1 << low, .point = x[low], .normal = normal[low], .distance = distance[low]};
+    best.weight[low] = 1.0;
     for (int k = 0; k < 3; k++) {
         int a = k, b = (k + 1) % 3;
         Vec3 along = vec3_sub(x[b], x[a]);
@@ -173,25 +175,37 @@ int solid_nearest_on_triangle(const Solid *solid, const Vec3 x[3], const double 
             continue;
         }
         Side side = search_side(solid, x[a], x[b], da, db);
-        if (side.distance < best) {
-            best = side.distance;
-            up = side.normal;
-            third = (k + 2) % 3;
-            feature = (1 << a) | (1 << b);
-            w[a] = 1.0 - side.at, w[b] = side.at, w[third] = 0.0;
+        if (side.distance < best.distance) {
+            best.feature = (1 << a) | (1 << b);
+            best.weight[a] = 1.0 - side.at, best.weight[b] = side.at;
+            best.weight[(k + 2) % 3] = 0.0;
+            best.point = vec3_axpy(x[a], side.at, along);
+            best.normal = side.normal;
+            best.distance = side.distance;
         }
     }
-    Vec3 p =
-        vec3_add(vec3_add(vec3_scale(w[0], x[0]), vec3_scale(w[1], x[1])), vec3_scale(w[2], x[2]));
-    double fall = 0.0;
-    for (int k = 0; k < 3; k++) {
-        Vec3 to = vec3_sub(x[k], p);
-        fall = min2(fall, vec3_dot(up, to) + FALL_TOLERANCE * vec3_length(to));
+    return best;
+}
+
+SolidNearest solid_nearest_on_triangle(const Solid *solid, const Vec3 x[3],
+                                       const double distance[3], const Vec3 normal[3]) {
+    SolidNearest best;
+    if (solid->kind == SOLID_SPHERE) {
+        best.feature = closest_on_triangle(vec3(0, 0, 0), x[0], x[1], x[2], best.weight);
+    } else {
+        best = nearest_on_sides(solid, x, distance, normal);
+        double fall = 0.0, inside[3];
+        for (int k = 0; k < 3; k++) {
+            Vec3 to = vec3_sub(x[k], best.point);
+            fall = min2(fall, vec3_dot(best.normal, to) + FALL_TOLERANCE * vec3_length(to));
+        }
+        if (fall >= 0.0 || !search_face(solid, x, best.normal, inside)) {
+            return best;
+        }
+        best.feature = 7;
+        memcpy(best.weight, inside, sizeof inside);
     }
-    double inside[3];
-    if (fall < 0.0 && search_face(solid, x, up, inside)) {
-        w[0] = inside[0], w[1] = inside[1], w[2] = inside[2];
-        return 7;
-    }
-    return feature;
+    best.point = point_of(best.weight, x);
+    best.distance = solid_distance(solid, best.point, &best.normal);
+    return best;
 }
