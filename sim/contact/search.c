@@ -292,11 +292,7 @@ static void bound_chunk(int chunk, int first, int end, void *context) {
         bounds->all = box_empty();
         for (int i = group->cell_begin; i < group->cell_end; i++) {
             const SurfaceCell *cell = &l->surface->cells[i];
-            Box box = box_empty();
-            for (int m = 0; m < 3 * cell->triangle_count; m++) {
-                int corner = l->surface->triangles[3 * cell->triangle[m / 3] + m % 3];
-                box_add(&box, point_at(job->x, corner));
-            }
+            Box box = box_of(job->x, cell->corner, cell->corner_count);
             bounds->cell[i - group->cell_begin] = box;
             bounds->all = box_union(bounds->all, box);
         }

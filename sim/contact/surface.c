@@ -177,6 +177,15 @@ static void make_groups(Surface *s, SurfaceCell *cells, const double *start, Are
     }
 }
 
+static void add_corner(SurfaceCell *cell, int vertex) {
+    for (int k = 0; k < cell->corner_count; k++) {
+        if (cell->corner[k] == vertex) {
+            return;
+        }
+    }
+    cell->corner[cell->corner_count++] = vertex;
+}
+
 /* each vertex and edge goes to the first cell that has it */
 static void deal_features(Surface *s, const int *edge_of, int places, Arena *scratch) {
     unsigned char *vertex_taken = arena_push(scratch, unsigned char, places);
@@ -186,6 +195,7 @@ static void deal_features(Surface *s, const int *edge_of, int places, Arena *scr
         for (int k = 0; k < 3 * cell->triangle_count; k++) {
             int side = 3 * cell->triangle[k / 3] + k % 3;
             int vertex = s->triangles[side], edge = edge_of[side];
+            add_corner(cell, vertex);
             if (!vertex_taken[vertex]) {
                 cell->vertex[cell->vertex_count++] = vertex;
             }
@@ -204,8 +214,8 @@ static void list_vertices(Surface *s, int places, Arena *arena, Arena *scratch) 
         SurfaceGroup *group = &s->groups[g];
         group->vertex_begin = total;
         for (int c = group->cell_begin; c < group->cell_end; c++) {
-            for (int k = 0; k < 3 * s->cells[c].triangle_count; k++) {
-                int vertex = s->triangles[3 * s->cells[c].triangle[k / 3] + k % 3];
+            for (int k = 0; k < s->cells[c].corner_count; k++) {
+                int vertex = s->cells[c].corner[k];
                 if (seen[vertex] != g + 1) {
                     s->group_vertices[total++] = vertex;
                 }

@@ -39,9 +39,10 @@ typedef struct SurfacePanel {
 } SurfacePanel;
 
 typedef struct SurfaceCell {
-    int triangle[2], vertex[4]; /* owned vertices: places */
+    int triangle[2], corner[4]; /* places */
+    int vertex[4];              /* owned ones of them */
     int edge[5];                /* owned edges */
-    unsigned char triangle_count, vertex_count, edge_count;
+    unsigned char triangle_count, corner_count, vertex_count, edge_count;
 } SurfaceCell;
 
 typedef struct SurfaceGroup {
