@@ -6,33 +6,20 @@
 
 const int side_bound_corners[4][4] = {{0, 1, 2, 3}, {2, 3, 0, 1}, {0, 2, 1, 3}, {1, 3, 0, 2}};
 
-bool side_bound_exceeded(Vec3 own, Vec3 other, double spacing, SideExcess *out) {
-    if (!side_bound_reached(own, spacing)) {
-        return false;
-    }
-    Vec3 mean = vec3_scale(0.5, vec3_add(own, other));
-    double square = vec3_dot(own, own), allowed = ALLOWED * ALLOWED * vec3_dot(mean, mean);
-    if (square <= allowed) { /* most are as long as their cell */
-        return false;
-    }
-    double length = sqrt(square), stretched = vec3_length(mean);
-    out->excess = length - ALLOWED * max2(spacing, stretched);
-    if (out->excess <= 0.0) {
-        return false;
-    }
-    out->most = side_bound_most(spacing);
-    out->along = vec3_scale(1.0 / length, own);
-    out->curving = 1.0 / length;
-    out->slope[0] = out->along;
-    out->slope[1] = out->mean = vec3(0, 0, 0);
-    out->uncurving = 0.0;
-    if (stretched > spacing) { /* its bound moves with the cell */
-        out->mean = vec3_scale(1.0 / stretched, mean);
-        out->uncurving = 0.25 * ALLOWED / stretched;
-        out->slope[1] = vec3_scale(-0.5 * ALLOWED, out->mean);
-        out->slope[0] = vec3_add(out->along, out->slope[1]);
-    }
-    return true;
+/* d2 excess: curving (I - along along') by the side itself, less uncurving (I - mean mean') by all four
+ * pairs of vectors, all unit vectors */
+typedef struct SideCurve {
+    Vec3 along, mean;
+    double curving, uncurving; /* [1/m] */
+} SideCurve;
+
+static SideCurve curve_of(Vec3 own, Vec3 mean, double spacing) {
+    double length = vec3_length(own), stretched = vec3_length(mean);
+    bool moves = stretched > spacing;
+    return (SideCurve){.along = vec3_scale(1.0 / length, own),
+                       .mean = vec3_scale(moves ? 1.0 / stretched : 0.0, mean),
+                       .curving = 1.0 / length,
+                       .uncurving = moves ? 0.25 * ALLOWED / stretched : 0.0};
 }
 
 static Vec3 side_vector(const double *x, const int *node, const int *corner) {
@@ -40,12 +27,21 @@ static Vec3 side_vector(const double *x, const int *node, const int *corner) {
                     vec3_load(x + 3 * (size_t)node[corner[0]]));
 }
 
-/* side `k` of cell `i` */
+/* side `k` of cell `i`, and the mean of it and the one across */
+static void side_vectors(const StrainSamples *cells, int i, int k, const double *x, Vec3 *own,
+                         Vec3 *mean) {
+    const int *node = cells->node + cells->start[i], *corner = side_bound_corners[k];
+    *own = side_vector(x, node, corner);
+    *mean = vec3_scale(0.5, vec3_add(*own, side_vector(x, node, corner + 2)));
+}
+
+static double side_spacing(const SweepLattice *l, int k) { return k < 2 ? l->h1 : l->h2; }
+
 static bool exceeded(const SweepLattice *l, const StrainSamples *cells, int i, int k,
                      const double *x, SideExcess *side) {
-    const int *node = cells->node + cells->start[i], *corner = side_bound_corners[k];
-    return side_bound_exceeded(side_vector(x, node, corner), side_vector(x, node, corner + 2),
-                               k < 2 ? l->h1 : l->h2, side);
+    Vec3 own, mean;
+    side_vectors(cells, i, k, x, &own, &mean);
+    return side_bound_exceeded(own, mean, side_spacing(l, k), side);
 }
 
 double side_bound_energy(const SweepLattice *l, const StrainSamples *cells, const double *x) {
@@ -83,16 +79,16 @@ void side_bound_add_gradient(const SweepLattice *l, const StrainSamples *cells, 
 
 /* k (slope slope' + excess d2 excess) by vectors p and q, times `sign`; the first only until the side
  * yields */
-static void vector_block(const SideExcess *side, double k, bool definite, int p, int q, double sign,
-                         double block[9]) {
+static void vector_block(const SideExcess *side, const SideCurve *curve, double k, bool definite,
+                         int p, int q, double sign, double block[9]) {
     double a[3], b[3], n[3], m[3];
     vec3_store(a, side->slope[p]);
     vec3_store(b, side->slope[q]);
-    vec3_store(n, side->along);
-    vec3_store(m, side->mean);
+    vec3_store(n, curve->along);
+    vec3_store(m, curve->mean);
     double bent = min2(side->excess, side->most), stiff = side->excess < side->most ? 1.0 : 0.0;
-    double curving = p == 0 && q == 0 ? bent * side->curving : 0.0;
-    double uncurving = definite ? 0.0 : bent * side->uncurving;
+    double curving = p == 0 && q == 0 ? bent * curve->curving : 0.0;
+    double uncurving = definite ? 0.0 : bent * curve->uncurving;
     for (int r = 0; r < 3; r++) {
         for (int c = 0; c < 3; c++) {
             double one = r == c ? 1.0 : 0.0;
@@ -103,27 +99,36 @@ static void vector_block(const SideExcess *side, double k, bool definite, int p,
     }
 }
 
-void side_bound_add_hessian(const SweepLattice *l, const StrainSamples *cells, const double *x,
-                            bool definite, double *values) {
-    SideExcess side;
-    for (int i = 0; i < cells->sample_count; i++) {
-        const BlockPlace *places = cells->places + cells->place_start[i];
-        for (int k = 0; k < 4; k++) {
-            if (!exceeded(l, cells, i, k, x, &side)) {
+static void add_side_hessian(const SideExcess *side, const SideCurve *curve, double stiffness,
+                             bool definite, const int *corners, const BlockPlace *places,
+                             double *values) {
+    for (int a = 0; a < 4; a++) {
+        for (int b = 0; b < 4; b++) {
+            int row = corners[a], column = corners[b];
+            const BlockPlace *place = places + row * (row + 1) / 2 + column;
+            if (column > row || place->base < 0) {
                 continue;
             }
-            for (int a = 0; a < 4; a++) {
-                for (int b = 0; b < 4; b++) {
-                    int row = side_bound_corners[k][a], column = side_bound_corners[k][b];
-                    const BlockPlace *place = places + row * (row + 1) / 2 + column;
-                    if (column > row || place->base < 0) {
-                        continue;
-                    }
-                    double block[9];
-                    vector_block(&side, side_bound_stiffness(l, k / 2), definite, a / 2, b / 2,
-                                 a % 2 == b % 2 ? 1.0 : -1.0, block);
-                    block_add(values, *place, block);
-                }
+            double block[9];
+            vector_block(side, curve, stiffness, definite, a / 2, b / 2,
+                         a % 2 == b % 2 ? 1.0 : -1.0, block);
+            block_add(values, *place, block);
+        }
+    }
+}
+
+void side_bound_add_hessian(const SweepLattice *l, const StrainSamples *cells, const double *x,
+                            bool definite, double *values) {
+    for (int i = 0; i < cells->sample_count; i++) {
+        for (int k = 0; k < 4; k++) {
+            Vec3 own, mean;
+            SideExcess side;
+            side_vectors(cells, i, k, x, &own, &mean);
+            if (side_bound_exceeded(own, mean, side_spacing(l, k), &side)) {
+                SideCurve curve = curve_of(own, mean, side_spacing(l, k));
+                add_side_hessian(&side, &curve, side_bound_stiffness(l, k / 2), definite,
+                                 side_bound_corners[k], cells->places + cells->place_start[i],
+                                 values);
             }
         }
     }

@@ -10,6 +10,8 @@
 #ifndef TOILE_MODEL_SIDE_BOUND_H
 #define TOILE_MODEL_SIDE_BOUND_H
 
+#include <math.h>
+
 #include "sim/base/vec.h"
 #include "sim/model/strain.h"
 #include "sim/model/sweep.h"
@@ -19,15 +21,11 @@
 /* excess over the spacing at which sides yield */
 #define SIDE_BOUND_MOST 0.02
 
-/* A side that is too long. Slopes and curvature are by the vectors along it and along the side across
- * the cell. */
+/* A side that is too long. Slopes are by the vectors along it and along the side across the cell. */
 typedef struct SideExcess {
     double excess; /* [m] */
     double most;   /* [m] at which it yields */
     Vec3 slope[2];
-    Vec3 along, mean;          /* unit vectors: of the side, of the cell */
-    double curving, uncurving; /* [1/m] d2 excess: curving (I - along along') by the side itself,
-                                  less uncurving (I - mean mean') by all four pairs of vectors */
 } SideExcess;
 
 /* [N/m] k of sides along u (axis 0) or v (axis 1). */
@@ -43,14 +41,21 @@ static inline double side_bound_most(double spacing) { return SIDE_BOUND_MOST * 
  * along u, then two along v. */
 extern const int side_bound_corners[4][4];
 
-/* May it be? Its length against its own at rest. */
-static inline bool side_bound_reached(Vec3 own, double spacing) {
-    double bound = (1.0 + SWEEP_SIDE_EXCESS) * spacing;
-    return vec3_dot(own, own) > bound * bound;
+/* Is a side too long? `own` [m] along it, `mean` that of it and the one across, `spacing` at rest. */
+static inline bool side_bound_exceeded(Vec3 own, Vec3 mean, double spacing, SideExcess *out) {
+    const double allowed = 1.0 + SWEEP_SIDE_EXCESS;
+    double square = vec3_dot(own, own), of_cell = vec3_dot(mean, mean), rest = spacing * spacing;
+    if (square <= allowed * allowed * max2(rest, of_cell)) {
+        return false;
+    }
+    double length = sqrt(square), stretched = of_cell > rest ? sqrt(of_cell) : spacing;
+    out->excess = length - allowed * stretched;
+    out->most = side_bound_most(spacing);
+    /* the bound of a stretched cell moves with it */
+    out->slope[1] = vec3_scale(of_cell > rest ? -0.5 * allowed / stretched : 0.0, mean);
+    out->slope[0] = vec3_axpy(out->slope[1], 1.0 / length, own);
+    return out->excess > 0.0;
 }
-
-/* Is the side too long? `own` [m] along it, `other` along the one across, `spacing` at rest. */
-bool side_bound_exceeded(Vec3 own, Vec3 other, double spacing, SideExcess *out);
 
 /* W, its gradient and Hessian over the cells of a membrane (strain_lattice); `definite` leaves the
  * negative part of the Hessian out. */

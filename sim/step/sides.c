@@ -53,16 +53,16 @@ static void add_cell(Sides *sides, const Lanes *lanes, const unsigned char *held
     int right = i + 1 < l->nu ? i + 1 : 0, row = l->first + j * l->stride;
     int node[4] = {j * l->nu + i, j * l->nu + right, (j + 1) * l->nu + i, (j + 1) * l->nu + right};
     int slot[4] = {row + i, row + right, row + l->stride + i, row + l->stride + right};
-    Vec3 along[4]; /* both sides along u, both along v */
+    Vec3 along[4], mean[2]; /* both sides along u, both along v; of each two */
     for (int k = 0; k < 4; k++) {
         const int *corner = side_bound_corners[k];
         along[k] = difference(lanes->x, slot[corner[0]], slot[corner[1]]);
     }
+    mean[0] = vec3_scale(0.5, vec3_add(along[0], along[1]));
+    mean[1] = vec3_scale(0.5, vec3_add(along[2], along[3]));
     for (int k = 0; k < 4; k++) {
         SideExcess found;
-        double spacing = k < 2 ? l->h1 : l->h2;
-        if (side_bound_reached(along[k], spacing) &&
-            side_bound_exceeded(along[k], along[k ^ 1], spacing, &found)) {
+        if (side_bound_exceeded(along[k], mean[k / 2], k < 2 ? l->h1 : l->h2, &found)) {
             add_side(sides, lanes, held, k, node, slot, &found);
         }
     }
@@ -97,10 +97,9 @@ static inline void apply(LongSide *side, const Lanes *lanes, double impulse) {
  * pushes and yields */
 static void pull(LongSide *side, const Lanes *lanes, double dt, double share) {
     const double *w = side->mobility;
-    double give = 1.0 / (share * dt * dt * side->stiffness), mobility = 0.0;
-    for (int k = 0; k < 2; k++) {
-        mobility += (w[2 * k] + w[2 * k + 1]) * vec3_dot(side->slope[k], side->slope[k]);
-    }
+    double give = 1.0 / (share * dt * dt * side->stiffness);
+    double mobility = (w[0] + w[1]) * vec3_dot(side->slope[0], side->slope[0]) +
+                      (w[2] + w[3]) * vec3_dot(side->slope[1], side->slope[1]);
     double missing = growth(side, lanes) + side->excess / dt - give * side->impulse;
     double yields = share * dt * side->stiffness * side->most;
     double wanted = side->impulse + missing / (mobility + give);
