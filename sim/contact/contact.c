@@ -87,6 +87,7 @@ static void create_obstacles(Contact *c, Arena *arena) {
     int n = c->def->vertex_count, o = c->def->obstacle_count;
     int owners = contact_owners(c);
     c->group_touches = arena_push(arena, GroupTouch, owners);
+    c->resting = resting_create(owners, arena);
     c->owner_wanted = arena_push(arena, unsigned char, owners);
     c->due_groups = arena_push(arena, int, owners);
     c->touch_counts = arena_push(arena, int, owners);
@@ -318,6 +319,7 @@ static bool become_quiet(Contact *c, double dt) {
     lists_clear(&c->lists, NULL, 0);
     memset(c->bristles, 0, 3 * o * (size_t)c->def->vertex_count * sizeof *c->bristles);
     memset(c->group_touches, 0, (size_t)contact_owners(c) * sizeof *c->group_touches);
+    resting_clear(&c->resting, contact_owners(c));
     c->touch_count = c->touch_end = c->touch_memory_count = 0;
     c->due_count = c->due_touch_count = c->due_group_count = 0;
     return true;
@@ -395,7 +397,7 @@ static void hand_over_chunk(int chunk, int first, int end, void *context) {
     for (int k = first; k < end; k++) {
         int place = c->touched[k], slot = c->view.slot[place];
         Push *push = &c->pushes[place];
-        double inertia = push->stiffness * c->step * c->step / CONTACT_STABLE_SHARE;
+        double inertia = contact_inertia(c, push->stiffness);
         double own = c->weight_kept[place];
         lanes->f[0][slot] += push->force.x;
         lanes->f[1][slot] += push->force.y;
@@ -413,6 +415,7 @@ static void push_all(Contact *c, double dt, double share) {
         obstacle_forces(c, dt, share);
     }
     parallel_for(c->touched_count, CONTACT_VERTEX_GRAIN, hand_over_chunk, c);
+    resting_note(c);
 }
 
 void contact_forces(Contact *c, double dt, double share, double time_end) {

@@ -7,7 +7,7 @@
 #include "sim/contact/contact.h"
 #include "sim/contact/places.h"
 #include "sim/contact/quiet.h"
-#include "sim/contact/touch.h"
+#include "sim/contact/resting.h"
 
 /* How a group moves in this step. */
 typedef struct GroupMotion {
@@ -123,6 +123,7 @@ struct Contact {
     int *looked;       /* (touch_room) triangles of each group from its `begin` on */
     int *near_touches; /* (touch_room) likewise */
     int due_group_count;
+    Resting resting;           /* groups over flat faces */
     int *touch_counts;         /* of chunks of groups */
     VertexDistance *distances; /* (vertex_count x obstacle_count) */
     Pose *poses, *next;        /* (obstacle_count) now; demanded at the end of the step */
@@ -156,6 +157,11 @@ static inline Vec3 contact_velocity(const Contact *c, int place) {
 /* [1/kg] 0 for what a handle or a programme moves */
 static inline double contact_mobility(const Contact *c, int place) {
     return c->held[place] ? 0.0 : c->weight_kept[place];
+}
+
+/* [kg] that a crowded vertex has at least in a kick */
+static inline double contact_inertia(const Contact *c, double stiffness) {
+    return stiffness * c->step * c->step / CONTACT_STABLE_SHARE;
 }
 
 /* c->motion of the groups of the vertices that the guard changed. */

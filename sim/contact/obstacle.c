@@ -43,30 +43,21 @@ double touch_friction(const Contact *c, const Touch *touch) {
 }
 
 static ContactForce force_of(const Contact *c, Touch *touch, double dt, double share) {
-    double mass = touch_mass(c, touch), k = CONTACT_STIFFNESS * mass / (dt * dt);
-    double force, curvature, critical = 2.0 * sqrt(CONTACT_STIFFNESS) * mass / dt;
-    double damping = CONTACT_DAMPING * critical;
-    contact_law(touch->distance, touch_distance(c, touch), k, &force, &curvature);
     Vec3 carried = contact_carried(c, touch->obstacle, touch->point, dt);
     Vec3 v = vec3_sub(touch_velocity(c, touch), carried);
-    double vn = vec3_dot(v, touch->normal), total = max2(0.0, force - damping * vn);
-    Vec3 sliding = vec3_axpy(v, -vn, touch->normal);
     bool vertex = touch->place[1] < 0;
     double *memory = contact_vertex_bristle(c, touch->place[0], touch->obstacle);
     Vec3 bristle = vertex ? vec3_load(memory) : touch->bristle;
-    Vec3 friction = contact_friction(&bristle, touch->normal, sliding, share * dt,
-                                     total * touch_friction(c, touch), k, critical);
+    ContactForce force =
+        contact_solid_force(touch->distance, touch_distance(c, touch), touch_mass(c, touch),
+                            touch_friction(c, touch), touch->normal, v, dt, share, &bristle);
     if (vertex) {
         vec3_store(memory, bristle);
     } else {
         touch->bristle = bristle;
     }
-    return (ContactForce){.sum = vec3_axpy(friction, total, touch->normal),
-                          .damping = vec3_scale(total - force, touch->normal),
-                          .friction = friction,
-                          .stiffness = curvature + damping / dt,
-                          .carried = carried,
-                          .approach = -vn};
+    force.carried = carried;
+    return force;
 }
 
 /* the touch that already stands for the same edge, or -1 */
@@ -128,6 +119,7 @@ void obstacle_forces(Contact *c, double dt, double share) {
                           touch_weights(touch));
         }
     }
+    resting_forces(c, dt, share);
     for (int k = 0; k < c->follower_count; k++) {
         c->touches[c->followers[k].second].bristle = c->touches[c->followers[k].first].bristle;
     }
@@ -183,21 +175,31 @@ static void touch_shorten(Contact *c, const Points *x, const Touch *touch, doubl
     }
 }
 
-/* is no touch of a group so near that motions of `motion` [m] concern the guard? */
-static bool is_roomy(const Contact *c, const GroupTouch *group, double motion) {
-    if (group->near_count == 0) {
-        return true;
+/* Is a touch of a group so near that motions of `motion` [m] concern the guard? Then those that are near
+ * are known one by one. */
+static bool concerns_guard(Contact *c, int owner, double motion) {
+    const GroupTouch *group = &c->group_touches[owner];
+    bool rests = resting_holds(&c->resting, owner);
+    if (group->near_count == 0 && !rests) {
+        return false;
     }
-    const Touch *touch = &c->touches[c->near_touches[group->begin]];
+    const Touch *touch = &c->touches[group->begin];
     double room = group->gap - CONTACT_IMPULSE_GAP * touch_distance(c, touch);
-    return !moves(c, touch) && room >= motion;
+    if (!moves(c, touch) && room >= motion) {
+        return false;
+    }
+    if (rests) {
+        resting_wake(c, owner);
+    }
+    return true;
 }
 
 void obstacle_impulses(Contact *c, double dt) {
     for (int k = 0; k < c->due_group_count; k++) {
         const GroupTouch *group = &c->group_touches[c->due_groups[k]];
-        bool roomy = is_roomy(c, group, CONTACT_IMPULSE_RESERVE * dt * group->speed);
-        for (int m = 0; m < group->near_count && !roomy; m++) {
+        double motion = CONTACT_IMPULSE_RESERVE * dt * group->speed;
+        bool concerns = concerns_guard(c, c->due_groups[k], motion);
+        for (int m = 0; m < group->near_count && concerns; m++) {
             touch_impulse(c, &c->touches[c->near_touches[group->begin + m]], dt);
         }
     }
@@ -208,8 +210,8 @@ void obstacle_shorten(Contact *c, double dt) {
     for (int k = 0; k < c->due_group_count; k++) {
         const GroupTouch *group = &c->group_touches[c->due_groups[k]];
         double motion = dt * c->motion[c->due_groups[k] / c->def->obstacle_count].fastest;
-        bool roomy = is_roomy(c, group, motion / CONTACT_PLANE_SHARE);
-        for (int m = 0; m < group->near_count && !roomy; m++) {
+        bool concerns = concerns_guard(c, c->due_groups[k], motion / CONTACT_PLANE_SHARE);
+        for (int m = 0; m < group->near_count && concerns; m++) {
             touch_shorten(c, &x, &c->touches[c->near_touches[group->begin + m]], dt);
         }
     }
@@ -240,9 +242,12 @@ static double energy_of(const Contact *c, const Touch *touch, double dt) {
     return share * contact_law(touch->distance, touch_distance(c, touch), k, &force, &curvature);
 }
 
-double obstacle_energy(const Contact *c, double dt) {
+double obstacle_energy(Contact *c, double dt) {
     double energy = 0.0;
     for (int i = 0; i < contact_owners(c); i++) {
+        if (resting_holds(&c->resting, i)) {
+            resting_wake(c, i);
+        }
         const GroupTouch *group = &c->group_touches[i];
         for (int t = group->begin; t < group->begin + group->count; t++) {
             energy += group->path >= c->touch_due[t] ? energy_of(c, &c->touches[t], dt) : 0.0;

@@ -27,6 +27,7 @@ static void make_touch_room(Contact *c, int room) {
     c->due_touches = arena_push(c->arena, int, room); /* a look follows */
     c->looked = arena_push(c->arena, int, room);
     c->near_touches = arena_push(c->arena, int, room);
+    resting_make_room(&c->resting, c->touch_end, room, c->arena);
     c->touch_room = room;
 }
 
@@ -52,11 +53,17 @@ static void drop_block(Contact *c, GroupTouch *group) {
     }
     c->touch_count -= group->count;
     group->count = 0;
+    c->resting.groups[group - c->group_touches].until = -1.0;
 }
 
 /* closes the holes; what lies near in the cloth lies near in memory again */
 static void pack_blocks(Contact *c) {
     int end = 0;
+    for (int i = 0; i < contact_owners(c); i++) {
+        if (resting_holds(&c->resting, i)) {
+            resting_wake(c, i);
+        }
+    }
     for (int i = 0; i < contact_owners(c); i++) {
         GroupTouch *group = &c->group_touches[i];
         size_t count = (size_t)group->count;
@@ -213,6 +220,7 @@ void obstacle_begin(Contact *c, double dt) {
     }
     c->touch_count = c->touch_end = c->due_touch_count = c->due_group_count = 0;
     memset(c->group_touches, 0, (size_t)contact_owners(c) * sizeof *c->group_touches);
+    resting_clear(&c->resting, contact_owners(c));
     for (int g = 0; g < contact_cloth_groups(c); g++) {
         for (int o = 0; o < c->def->obstacle_count; o++) {
             GroupTouch *group = &c->group_touches[g * c->def->obstacle_count + o];
@@ -283,8 +291,13 @@ static void vertex_chunk(int chunk, int first, int end, void *context) {
     const LookJob *job = context;
     Contact *c = job->c;
     for (int k = first; k < end; k++) {
-        GroupTouch *group = &c->group_touches[c->due_groups[k]];
+        int owner = c->due_groups[k];
+        GroupTouch *group = &c->group_touches[owner];
+        bool rests = resting_holds(&c->resting, owner) && resting_look(c, &job->x, owner);
         group->looked = group->near_count = 0;
+        if (rests) {
+            continue;
+        }
         group->earliest = group->gap = INFINITY;
         for (int t = group->begin; t < group->begin + group->count; t++) {
             if (group->path < c->touch_due[t]) {
@@ -303,9 +316,13 @@ static void triangle_chunk(int chunk, int first, int end, void *context) {
     const LookJob *job = context;
     Contact *c = job->c;
     for (int k = first; k < end; k++) {
-        GroupTouch *group = &c->group_touches[c->due_groups[k]];
+        int owner = c->due_groups[k];
+        GroupTouch *group = &c->group_touches[owner];
         for (int m = 0; m < group->looked; m++) {
             look_at(job, group, c->looked[group->begin + m]);
+        }
+        if (!resting_holds(&c->resting, owner)) {
+            resting_settle(c, owner);
         }
     }
 }
@@ -321,6 +338,7 @@ void obstacle_look(Contact *c) {
     c->due_touch_count = 0;
     for (int k = 0; k < groups; k++) {
         const GroupTouch *group = &c->group_touches[c->due_groups[k]];
+        c->statistics.evaluations += resting_count(&c->resting, c->due_groups[k]);
         memcpy(c->due_touches + c->due_touch_count, c->near_touches + group->begin,
                (size_t)group->near_count * sizeof *c->due_touches);
         c->due_touch_count += group->near_count;

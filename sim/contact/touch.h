@@ -86,6 +86,6 @@ void obstacle_impulses(Contact *c, double dt);
 void obstacle_shorten(Contact *c, double dt);
 void obstacle_advance(Contact *c, double dt);
 bool obstacle_check(Contact *c, double dt);
-double obstacle_energy(const Contact *c, double dt);
+double obstacle_energy(Contact *c, double dt);
 
 #endif
