@@ -94,19 +94,63 @@ void harmonics_draw(const Harmonics *h, int most, double *r) {
     }
 }
 
+void contour_add_segment(double *r, double start, const double p[2], const double q[2]) {
+    const double step = 2.0 * PI / CONTOUR_RAYS;
+    double from = atan2(p[1], p[0]) - start, turn = atan2(q[1], q[0]) - start - from;
+    turn -= 2.0 * PI * round(turn / (2.0 * PI));
+    double low = turn < 0.0 ? from + turn : from, high = turn < 0.0 ? from : from + turn;
+    double cross = p[0] * q[1] - p[1] * q[0];
+    for (int i = (int)ceil(low / step); i <= (int)floor(high / step); i++) {
+        double c = cos(step * i + start), s = sin(step * i + start);
+        double along = (q[1] - p[1]) * c - (q[0] - p[0]) * s;
+        double *ray = &r[((i % CONTOUR_RAYS) + CONTOUR_RAYS) % CONTOUR_RAYS];
+        if (fabs(along) > 0.0) {
+            *ray = fmax(*ray, cross / along);
+        }
+    }
+}
+
 static int around(int i) { return (i + 2 * CONTOUR_RAYS) % CONTOUR_RAYS; }
 
-/* The lowest value from i in one direction until higher ground; the whole circle: the lowest. */
-static double find_low(const double *r, int i, int direction) {
-    double low = r[i];
-    for (int k = 1; k < CONTOUR_RAYS; k++) {
-        double value = r[around(i + direction * k)];
-        if (value > r[i]) {
+/* The lowest value from i in one direction until higher ground; *higher: there is some. */
+static double find_low(const double *value, int count, bool closed, int i, int direction,
+                       bool *higher) {
+    double low = value[i];
+    *higher = false;
+    for (int k = 1; k < count && !*higher; k++) {
+        int j = i + direction * k;
+        if (!closed && (j < 0 || j >= count)) {
             break;
         }
-        low = fmin(low, value);
+        double other = value[(j + count) % count];
+        *higher = other > value[i];
+        low = fmin(low, other);
     }
     return low;
+}
+
+static double find_prominence(const double *value, int count, bool closed, int i) {
+    bool before, after;
+    double left = find_low(value, count, closed, i, -1, &before);
+    double right = find_low(value, count, closed, i, 1, &after);
+    double col = before == after ? (before ? fmax(left, right) : fmin(left, right))
+                 : before        ? left
+                                 : right;
+    return value[i] - col;
+}
+
+int contour_find_peaks(const double *value, int count, bool closed, double prominence, Peak *peaks,
+                       int most) {
+    int found = 0;
+    for (int i = 0; i < count && found < most; i++) {
+        bool first = i == 0 && !closed, last = i == count - 1 && !closed;
+        if ((first || value[i] > value[(i + count - 1) % count]) &&
+            (last || value[i] >= value[(i + 1) % count])) {
+            peaks[found] = (Peak){i, find_prominence(value, count, closed, i)};
+            found += peaks[found].prominence >= prominence;
+        }
+    }
+    return found;
 }
 
 /* The lowest value from peak to peak. */
@@ -120,24 +164,23 @@ static double find_trough(const double *r, int from, int to) {
 
 Nodes contour_find_nodes(const double *r, double prominence) {
     Nodes nodes = {0};
-    int at[CONTOUR_MOST_NODES];
-    for (int i = 0; i < CONTOUR_RAYS && nodes.count < CONTOUR_MOST_NODES; i++) {
+    Peak peaks[CONTOUR_MOST_NODES];
+    nodes.count = contour_find_peaks(r, CONTOUR_RAYS, true, prominence, peaks, CONTOUR_MOST_NODES);
+    for (int k = 0; k < nodes.count; k++) {
+        int i = peaks[k].at;
         double before = r[around(i - 1)], after = r[around(i + 1)];
-        if (!(r[i] > before && r[i] >= after) ||
-            r[i] - fmax(find_low(r, i, -1), find_low(r, i, 1)) < prominence) {
-            continue;
-        }
         double bend = before - 2.0 * r[i] + after; /* parabola through the three */
         double shift = bend < 0.0 ? 0.5 * (before - after) / bend : 0.0;
-        nodes.angle[nodes.count] = 2.0 * PI * (i + shift) / CONTOUR_RAYS;
-        nodes.peak[nodes.count] = r[i] - 0.25 * (before - after) * shift;
-        at[nodes.count++] = i;
+        nodes.angle[k] = 2.0 * PI * (i + shift) / CONTOUR_RAYS;
+        nodes.peak[k] = r[i] - 0.25 * (before - after) * shift;
     }
     for (int k = 0; k < nodes.count; k++) {
-        int before = at[(k + nodes.count - 1) % nodes.count], after = at[(k + 1) % nodes.count];
+        int at = peaks[k].at;
+        int before = peaks[(k + nodes.count - 1) % nodes.count].at;
+        int after = peaks[(k + 1) % nodes.count].at;
         bool alone = nodes.count == 1;
-        double left = alone ? find_low(r, at[k], -1) : find_trough(r, before, at[k]);
-        double right = alone ? left : find_trough(r, at[k], after);
+        double left = alone ? r[at] - peaks[k].prominence : find_trough(r, before, at);
+        double right = alone ? left : find_trough(r, at, after);
         nodes.depth[k] = nodes.peak[k] - 0.5 * (left + right);
     }
     return nodes;

@@ -29,6 +29,9 @@ typedef struct Contour {
 /* The rays from (x, y) [m] out; the first one points to `start` [rad]. */
 Contour contour_trace(const Coverage *coverage, double x, double y, double start);
 
+/* Raises r (CONTOUR_RAYS, from `start` [rad] on) of the rays that the segment from p to q meets. */
+void contour_add_segment(double *r, double start, const double p[2], const double q[2]);
+
 typedef struct Harmonics {
     double mean;                             /* of r */
     double a[CONTOUR_HARMONICS + 1];         /* (1 / pi) times the integral of r cos(n theta) */
@@ -52,8 +55,19 @@ typedef struct Nodes {
                                                                    lowest places beside it */
 } Nodes;
 
-/* Circular maxima of r (CONTOUR_RAYS) that stand out by at least `prominence`: peak minus the higher
- * of the lowest values met on either side before higher ground. */
+typedef struct Peak {
+    int at;
+    double
+        prominence; /* peak minus the higher of the lowest values met on either side before higher
+                          ground; of the highest one: minus the lowest of all */
+} Peak;
+
+/* Maxima of `count` samples, of a ring (closed) or of a row whose ends hide nothing, that stand out by
+ * at least `prominence`; the first `most`. Returns how many. */
+int contour_find_peaks(const double *value, int count, bool closed, double prominence, Peak *peaks,
+                       int most);
+
+/* Peaks of the ring r (CONTOUR_RAYS). */
 Nodes contour_find_nodes(const double *r, double prominence);
 
 /* Share of the squared harmonics that is odd about the direction `axis` [rad]: 0 for a curve that is

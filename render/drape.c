@@ -19,7 +19,11 @@
     1.15 /* of R_s: half the side of the picture; cloth that slid off may lie further out */
 
 DrapeDef drape_default(void) {
-    return (DrapeDef){.disc = NAN, .centre = {NAN, NAN}, .camera_height = INFINITY};
+    return (DrapeDef){.disc = NAN,
+                      .centre = {NAN, NAN},
+                      .camera_height = INFINITY,
+                      .cut = NAN,
+                      .prominence = NAN};
 }
 
 static bool find_cloth(const StateHeader *header, const char *name, int *cloth, Error *error) {
@@ -293,6 +297,7 @@ bool drape_measure(Run *run, const DrapeDef *def, int index, Arena *arena, Drape
     measure_contour(&coverage, drape);
     coverage_free(&coverage);
     drape_slice(view->surface, &view->surface->parts[view->part.cloth], drape);
+    drape_cut(&view->part, def, arena, drape);
     drape_measure_mesh(&view->part, arena, drape);
     drape_view_close(view);
     double ring = drape->area_specimen - drape->area_disc;

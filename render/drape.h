@@ -16,11 +16,12 @@
 #include "render/silhouette.h"
 
 #define DRAPE_SLICES 3
-#define DRAPE_PERCENTILES 5     /* 0 5 50 95 100 */
-#define DRAPE_PROMINENCE 0.03   /* of R_s: a node is a fold that stands out by as much */
-#define DRAPE_BILLOW_DEPTH 0.25 /* of R_s: billows are counted so far below the support's top */
+#define DRAPE_PERCENTILES 5   /* 0 5 50 95 100 */
+#define DRAPE_PROMINENCE 0.03 /* of R_s: a node is a fold that stands out by as much */
+#define DRAPE_CUT 0.25        /* of R_s: billows are counted so far below the support's top */
 #define DRAPE_BILLOW_PROMINENCE 0.07 /* of R_s: how far they stand out */
-#define DRAPE_REST 1e-7              /* kinetic energy over weight and R_s that counts as rest */
+#define DRAPE_MOST_BILLOWS 64
+#define DRAPE_REST 1e-7 /* kinetic energy over weight and R_s that counts as rest */
 
 typedef struct DrapeDef {
     const char *cloth;       /* name; NULL: the first one */
@@ -28,6 +29,8 @@ typedef struct DrapeDef {
     double centre[2];        /* [m]; NAN: its axis */
     double camera_height;    /* [m] of the camera above the support; INFINITY */
     double camera_offset[2]; /* [m] of the camera from the support's middle; 0 0 */
+    double cut;        /* [m] below the support's top, where billows are counted; NAN: DRAPE_CUT */
+    double prominence; /* [m] by which they stand out; NAN: DRAPE_BILLOW_PROMINENCE */
 } DrapeDef;
 
 DrapeDef drape_default(void);
@@ -47,6 +50,28 @@ typedef struct DrapeSlice {
     double mean, low, high; /* [m] radius; NAN where no ray meets the cloth */
     int nodes, missed;      /* rays that meet nothing */
 } DrapeSlice;
+
+/* What stands off the support in a cut. */
+typedef struct Billow {
+    double angle;      /* [rad] of its peak, from warp, seen from the middle of the support */
+    double off;        /* [m] of its peak from the support's outline */
+    double prominence; /* [m] as contour_find_peaks has it, of the distance from that outline */
+    int corner;        /* of a box, in the order of the support's outline; else -1 */
+} Billow;
+
+/* The curve in which the plane z = top - depth meets the cloth, folds that undercut and open ends at
+ * the rim included. */
+typedef struct DrapeCut {
+    double depth, prominence; /* [m] */
+    int count;
+    Billow billows[DRAPE_MOST_BILLOWS]; /* by angle; none where the plane misses the cloth */
+    int corners;                        /* 4 of a box, 0 */
+    int at_corner[4];                   /* billows at each */
+    double skew[4]; /* how much of what stands off at a corner, as far as the middle sees it, has
+                           no mirror image about its diagonal, 0..1; NAN: nothing stands off */
+    double skew_common; /* the same of the mean over the corners, mirrored into one: what is the
+                           fabric's doing and not chance */
+} DrapeCut;
 
 typedef struct Drape {
     char cloth[STATE_WORD_SIZE], fabric[STATE_WORD_SIZE];
@@ -70,7 +95,7 @@ typedef struct Drape {
     double rim_fold_depth;              /* [m] the same of the height along the rim */
     int rim_nodes;
     DrapeSlice slices[DRAPE_SLICES];
-    Nodes billows; /* of the cut at DRAPE_BILLOW_DEPTH; none where its plane misses the cloth */
+    DrapeCut cut;
     double asymmetry[2];    /* of the contour in warp and weft, in the diagonals between: means of
                             contour_asymmetry */
     double lowest, highest; /* [m] of the cloth */

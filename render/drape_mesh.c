@@ -59,23 +59,6 @@ void drape_measure_outline(const double *r, double radius, Harmonics *harmonics,
 
 /* ---- slices ---- */
 
-/* Raises r of the rays that the segment from p to q (from the middle) meets. */
-static void add_segment(double *r, double warp, const double p[2], const double q[2]) {
-    const double step = 2.0 * PI / CONTOUR_RAYS;
-    double from = atan2(p[1], p[0]) - warp, turn = atan2(q[1], q[0]) - warp - from;
-    turn -= 2.0 * PI * round(turn / (2.0 * PI));
-    double low = turn < 0.0 ? from + turn : from, high = turn < 0.0 ? from : from + turn;
-    double cross = p[0] * q[1] - p[1] * q[0];
-    for (int i = (int)ceil(low / step); i <= (int)floor(high / step); i++) {
-        double c = cos(step * i + warp), s = sin(step * i + warp);
-        double along = (q[1] - p[1]) * c - (q[0] - p[0]) * s;
-        double *ray = &r[((i % CONTOUR_RAYS) + CONTOUR_RAYS) % CONTOUR_RAYS];
-        if (fabs(along) > 0.0) {
-            *ray = fmax(*ray, cross / along);
-        }
-    }
-}
-
 /* The cut of a triangle with the plane z = height; p, q from the middle. False: none. */
 static bool cut_triangle(double x[3][3], double height, double p[2], double q[2]) {
     int count = 0;
@@ -114,18 +97,8 @@ static void finish_slice(const double *r, double depth, double radius, DrapeSlic
     slice->nodes = nodes.count;
 }
 
-/* Rays that meet nothing, where the rim is above the plane, stay at 0. */
-static void find_billows(const double *r, Drape *drape) {
-    Harmonics harmonics = harmonics_find(r, CONTOUR_RAYS);
-    double smooth[CONTOUR_RAYS];
-    harmonics_draw(&harmonics, CONTOUR_NODE_HARMONICS, smooth);
-    drape->billows = contour_find_nodes(smooth, DRAPE_BILLOW_PROMINENCE * drape->specimen);
-}
-
 void drape_slice(const Surface *surface, const SurfacePart *part, Drape *drape) {
-    double r[DRAPE_SLICES + 1][CONTOUR_RAYS] = {{0}}, depths[DRAPE_SLICES + 1];
-    memcpy(depths, slice_depths, sizeof slice_depths);
-    depths[DRAPE_SLICES] = DRAPE_BILLOW_DEPTH * drape->specimen;
+    double r[DRAPE_SLICES][CONTOUR_RAYS] = {{0}};
     const double *middle = drape->support.centre;
     const uint32_t *triangles = surface->fine + 3 * (size_t)part->fine_begin;
     drape->area_signed = 0.0;
@@ -139,9 +112,9 @@ void drape_slice(const Surface *surface, const SurfacePart *part, Drape *drape) 
         }
         drape->area_signed += 0.5 * ((x[1][0] - x[0][0]) * (x[2][1] - x[0][1]) -
                                      (x[2][0] - x[0][0]) * (x[1][1] - x[0][1]));
-        for (int s = 0; s <= DRAPE_SLICES; s++) {
-            if (cut_triangle(x, drape->support.plane - depths[s], p, q)) {
-                add_segment(r[s], drape->warp, p, q);
+        for (int s = 0; s < DRAPE_SLICES; s++) {
+            if (cut_triangle(x, drape->support.plane - slice_depths[s], p, q)) {
+                contour_add_segment(r[s], drape->warp, p, q);
             }
         }
     }
@@ -149,7 +122,6 @@ void drape_slice(const Surface *surface, const SurfacePart *part, Drape *drape) 
     for (int s = 0; s < DRAPE_SLICES; s++) {
         finish_slice(r[s], slice_depths[s], drape->specimen, &drape->slices[s]);
     }
-    find_billows(r[DRAPE_SLICES], drape);
 }
 
 /* ---- the rim ---- */

@@ -23,6 +23,8 @@ double drape_kinetic(const DrapePart *part, double radius);
 void drape_slice(const Surface *surface, const SurfacePart *part, Drape *drape);
 /* Rim, strain, kinetic energy: of the mesh of the states. */
 void drape_measure_mesh(const DrapePart *part, Arena *arena, Drape *drape);
+/* Billows: of the same. */
+void drape_cut(const DrapePart *part, const DrapeDef *def, Arena *arena, Drape *drape);
 
 /* Harmonics of an outline, and its nodes at 3 %, 2 %, 4.5 % of `radius`. */
 void drape_measure_outline(const double *r, double radius, Harmonics *harmonics, Nodes *nodes,

@@ -30,15 +30,21 @@ static void print_nodes(const Drape *drape, FILE *out) {
     fputs(drape->nodes.count ? " deg from warp\n" : "\n", out);
 }
 
-static void print_billows(const Drape *drape, FILE *out) {
-    fprintf(out, "%-24s %d", "billows", drape->billows.count);
-    fputs(drape->billows.count ? ", at" : "", out);
-    for (int i = 0; i < drape->billows.count; i++) {
-        fprintf(out, " %.0f", drape->billows.angle[i] / DEGREE);
+static void print_billows(const DrapeCut *cut, FILE *out) {
+    fprintf(out, "%-24s %d", "billows", cut->count);
+    fputs(cut->count ? ", at" : "", out);
+    for (int i = 0; i < cut->count; i++) {
+        fprintf(out, " %.0f", cut->billows[i].angle / DEGREE);
     }
-    fprintf(out, "%s, in the cut %.3g mm below the top\n",
-            drape->billows.count ? " deg from warp" : "",
-            1e3 * DRAPE_BILLOW_DEPTH * drape->specimen);
+    fprintf(out, "%s, more than %.3g mm out in the cut %.3g mm below the top\n",
+            cut->count ? " deg from warp" : "", 1e3 * cut->prominence, 1e3 * cut->depth);
+    if (cut->corners > 0) {
+        const int *at = cut->at_corner;
+        const double *skew = cut->skew;
+        fprintf(out, "%-24s %d %d %d %d billows, skew %.2f %.2f %.2f %.2f, common %.2f\n",
+                "  at the corners", at[0], at[1], at[2], at[3], skew[0], skew[1], skew[2], skew[3],
+                cut->skew_common);
+    }
 }
 
 void drape_print_text(const Drape *drape, double settling, FILE *out) {
@@ -58,7 +64,7 @@ void drape_print_text(const Drape *drape, double settling, FILE *out) {
     fprintf(out, "%-24s n = %d, %.1f mm, %.0f %% of all\n", "strongest harmonic",
             drape->harmonics.dominant, 1e3 * drape->harmonics.amplitude[drape->harmonics.dominant],
             100 * drape->harmonics.share[drape->harmonics.dominant]);
-    print_billows(drape, out);
+    print_billows(&drape->cut, out);
     fprintf(out, "%-24s %.2g %% in warp and weft, %.2g %% in the diagonals\n", "asymmetry",
             100 * drape->asymmetry[0], 100 * drape->asymmetry[1]);
     line(out, "rim over support, mean", 1e3 * drape->rim_mean, "mm");
@@ -146,6 +152,27 @@ static void print_shape(const Drape *drape, FILE *out) {
             drape->harmonics.dominant, drape->contour.multivalued, drape->contour.missed);
 }
 
+static void print_cut(const DrapeCut *cut, FILE *out) {
+    double columns[3][DRAPE_MOST_BILLOWS], at_corner[4];
+    for (int i = 0; i < cut->count; i++) {
+        columns[0][i] = cut->billows[i].angle / DEGREE;
+        columns[1][i] = cut->billows[i].off;
+        columns[2][i] = cut->billows[i].prominence;
+    }
+    fprintf(out, ",\n  \"billows\": %d", cut->count);
+    list(out, "billow_angles_deg", columns[0], cut->count, 1.0);
+    list(out, "billow_distances_m", columns[1], cut->count, 1.0);
+    list(out, "billow_prominences_m", columns[2], cut->count, 1.0);
+    for (int k = 0; k < cut->corners; k++) {
+        at_corner[k] = cut->at_corner[k];
+    }
+    list(out, "billows_at_corners", at_corner, cut->corners, 1.0);
+    list(out, "corner_skews", cut->skew, cut->corners, 1.0);
+    entry(out, "corner_skew_common", cut->corners > 0 ? cut->skew_common : NAN);
+    entry(out, "cut_depth_m", cut->depth);
+    entry(out, "prominence_m", cut->prominence);
+}
+
 void drape_print_json(const Drape *drape, double settling, FILE *out) {
     char text[160];
     print_head(drape, out);
@@ -163,9 +190,7 @@ void drape_print_json(const Drape *drape, double settling, FILE *out) {
     entry(out, "rim_fold_depth_m", drape->rim_fold_depth);
     fprintf(out, ",\n  \"rim_nodes\": %d", drape->rim_nodes);
     print_slices(drape, out);
-    fprintf(out, ",\n  \"billows\": %d", drape->billows.count);
-    list(out, "billow_angles_deg", drape->billows.angle, drape->billows.count, 1.0 / DEGREE);
-    entry(out, "billow_depth_m", DRAPE_BILLOW_DEPTH * drape->specimen);
+    print_cut(&drape->cut, out);
     entry(out, "asymmetry_warp_weft", drape->asymmetry[0]);
     entry(out, "asymmetry_diagonals", drape->asymmetry[1]);
     entry(out, "lowest_m", drape->lowest);

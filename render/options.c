@@ -173,6 +173,19 @@ static bool read_disc(const char *text, Options *options, Error *error) {
            error_set(error, EXIT_USAGE, "--disc %s: expected a radius like 9cm", text);
 }
 
+static bool read_cut(const char *text, Options *options, Error *error) {
+    const char *rest;
+    return (read_length(text, &options->drape.cut, &rest) && !*rest && options->drape.cut > 0) ||
+           error_set(error, EXIT_USAGE, "--cut %s: expected a depth like 20cm", text);
+}
+
+static bool read_prominence(const char *text, Options *options, Error *error) {
+    const char *rest;
+    double *prominence = &options->drape.prominence;
+    return (read_length(text, prominence, &rest) && !*rest && *prominence > 0) ||
+           error_set(error, EXIT_USAGE, "--prominence %s: expected a length like 3cm", text);
+}
+
 static bool read_centre(const char *text, Options *options, Error *error) {
     const char *rest;
     double *centre = options->drape.centre;
@@ -337,6 +350,10 @@ static const OptionRow rows[] = {
     {"cloth", "NAME", "measure compare", "which one; the first", TEXT, 0, FIELD(drape.cloth), NULL},
     {"disc", "RADIUS", "measure compare", "of the support, 9 cm; default: the obstacle's", READER,
      0, 0, read_disc},
+    {"cut", "DEPTH", "measure", "where billows are counted, below the support's top; R_s / 4",
+     READER, 0, 0, read_cut},
+    {"prominence", "LENGTH", "measure", "by which billows stand out; 0.07 R_s", READER, 0, 0,
+     read_prominence},
     {"centre", "X,Y", "measure compare", "[m] of the support; default: the obstacle's", READER, 0,
      0, read_centre},
     {"camera-height", "H", "compare", "of the photo's camera above the support, 1.2m", READER, 0, 0,

@@ -186,11 +186,16 @@ static void test_shapes(void **unused) {
     const DrapeSlice *slice = &drape.slices[1];
     CHECK_NEAR(slice->high, 0.09 + 0.04 * 0.0205 / sqrt(0.06 * 0.06 - 0.04 * 0.04), 5e-4);
     CHECK_NEAR(slice->low, 0.09 + 0.02 * 0.0205 / sqrt(0.06 * 0.06 - 0.02 * 0.02), 5e-4);
-    /* 37.5 mm below, folds stand out by 20 mm, 10.5 mm count; cos(6 t) is even about warp and odd
+    /* 37.5 mm below, folds stand out by 18 mm, 10.5 mm count; cos(6 t) is even about warp and odd
      * about 45 degrees */
-    assert_int_equal(drape.billows.count, 6);
-    CHECK_NEAR(drape.billows.angle[1] - drape.billows.angle[0], PI / 3, 0.01);
-    CHECK_NEAR(drape.billows.peak[0], 0.09 + 0.04 * 0.0375 / sqrt(0.06 * 0.06 - 0.04 * 0.04), 1e-3);
+    const DrapeCut *cut = &drape.cut;
+    assert_int_equal(cut->count, 6);
+    assert_int_equal(cut->corners, 0);
+    CHECK_NEAR(cut->billows[1].angle - cut->billows[0].angle, PI / 3, 0.01);
+    CHECK_NEAR(cut->billows[0].off, drape_shape_cut(&shape, 0.0, 0.0375) - 0.09, 3e-4);
+    CHECK_NEAR(cut->billows[0].prominence,
+               drape_shape_cut(&shape, 0.0, 0.0375) - drape_shape_cut(&shape, PI / 6, 0.0375),
+               5e-4);
     CHECK_NEAR(drape.asymmetry[0], 0.0, 1e-3);
     CHECK_NEAR(drape.asymmetry[1], 1.0, 1e-3);
     arena_free(&arena);
@@ -219,6 +224,121 @@ static void test_cones(void **unused) {
         double expected = fmax(small, 0.09);
         CHECK_NEAR(seen.harmonics.mean, expected, 3e-4);
     }
+    arena_free(&arena);
+}
+
+/* Peaks of a row and of a ring. */
+static void test_peaks(void **unused) {
+    (void)unused;
+    static const double row[9] = {5, 2, 4, 1, 3, 3, 0, 2, 1};
+    Peak peaks[9];
+    assert_int_equal(contour_find_peaks(row, 9, false, 0.5, peaks, 9), 4);
+    static const double prominences[4] = {5, 2, 2, 2}; /* 5 - 0, 4 - 2, 3 - 1, 2 - 0 */
+    static const int places[4] = {0, 2, 4, 7};
+    for (int k = 0; k < 4; k++) {
+        assert_int_equal(peaks[k].at, places[k]);
+        CHECK_NEAR(peaks[k].prominence, prominences[k], 0.0);
+    }
+    /* in a ring the last one reaches the first over 1, not 0 */
+    assert_int_equal(contour_find_peaks(row, 9, true, 0.5, peaks, 9), 4);
+    CHECK_NEAR(peaks[3].prominence, 1.0, 0.0);
+    assert_int_equal(contour_find_peaks(row, 9, true, 1.5, peaks, 9), 3);
+    assert_int_equal(contour_find_peaks(row, 9, false, 0.5, peaks, 2), 2);
+    assert_int_equal(contour_find_peaks(row, 0, true, 0.5, peaks, 9), 0);
+}
+
+#define CUT_SAMPLES 20000
+
+/* [m] from a square of half side `half`; 0 inside */
+static double square_distance(double half, double x, double y) {
+    return hypot(fmax(fabs(x) - half, 0.0), fmax(fabs(y) - half, 0.0));
+}
+
+/* of the corner of the first quadrant, by areas in polar coordinates */
+static double exact_skew(const DrapeShape *shape, double depth) {
+    double odd = 0.0, all = 0.0;
+    for (int i = 0; i < CUT_SAMPLES; i++) {
+        double area[2], turn = 0.25 * PI * (i + 0.5) / CUT_SAMPLES;
+        for (int k = 0; k < 2; k++) {
+            double theta = 0.25 * PI + (k ? -turn : turn);
+            double r = drape_shape_cut(shape, theta, depth);
+            double edge = shape->box / fmax(cos(theta), sin(theta));
+            area[k] = r * r - edge * edge;
+        }
+        odd += fabs(area[0] - area[1]);
+        all += area[0] + area[1];
+    }
+    return odd / all;
+}
+
+static void check_corners(const DrapeShape *shape, int at_corner, Arena *arena) {
+    DrapeDef def = drape_default();
+    def.cut = 0.02;
+    def.prominence = 0.003;
+    Drape drape = measure_shape(shape, &def, arena);
+    double off[CUT_SAMPLES], found = 0.0, exact = 0.0;
+    Peak peaks[DRAPE_MOST_BILLOWS];
+    for (int i = 0; i < CUT_SAMPLES; i++) {
+        double theta = 2.0 * PI * i / CUT_SAMPLES, r = drape_shape_cut(shape, theta, def.cut);
+        off[i] = square_distance(shape->box, r * cos(theta), r * sin(theta));
+    }
+    int count = contour_find_peaks(off, CUT_SAMPLES, true, 0.003, peaks, DRAPE_MOST_BILLOWS);
+    assert_int_equal(count, 4 * at_corner);
+    assert_int_equal(drape.cut.count, count);
+    assert_int_equal(drape.cut.corners, 4);
+    for (int k = 0; k < count; k++) {
+        CHECK_NEAR(drape.cut.billows[k].angle, 2.0 * PI * peaks[k].at / CUT_SAMPLES, 0.03);
+        CHECK_NEAR(drape.cut.billows[k].off, off[peaks[k].at], 2e-4);
+        found +=
+            drape.cut.billows[k].prominence / count; /* which of two near ones is higher is open */
+        exact += peaks[k].prominence / count;
+    }
+    CHECK_NEAR(found, exact, 3e-4);
+    for (int k = 0; k < 4; k++) {
+        assert_int_equal(drape.cut.at_corner[k], at_corner);
+    }
+    CHECK_NEAR(drape.cut.skew[2], exact_skew(shape, def.cut), 0.005); /* of +x, +y */
+}
+
+/* A round cloth over a box: one fold at each corner, two, more on one side of it. */
+static void test_corners(void **unused) {
+    (void)unused;
+    Arena arena = {0};
+    DrapeShape shape = drape_shape_default();
+    shape.box = 0.02; /* small: all of the fold is the cloth's */
+    shape.rings = 60;
+    shape.a[6] = 0.0;
+    shape.a[4] = -0.02;
+    shape.a[1] = 0.0008, shape.b[1] = 0.0003; /* no two peaks are as high */
+    check_corners(&shape, 1, &arena);
+    shape.a[8] = -0.015;
+    check_corners(&shape, 2, &arena);
+    shape.a[8] = 0.0, shape.a[2] = 0.005; /* further out along warp */
+    check_corners(&shape, 1, &arena);
+    shape.a[1] = shape.b[1] = 0.0;
+    DrapeDef def = drape_default();
+    def.cut = 0.02;
+    Drape along = measure_shape(&shape, &def, &arena);
+    double skew = exact_skew(&shape, def.cut);
+    for (int k = 0; k < 4; k++) {
+        CHECK_NEAR(along.cut.skew[k], skew, 0.005);
+    }
+    CHECK_NEAR(along.cut.skew_common, skew, 0.005);
+    shape.a[2] = 0.0, shape.b[4] = 0.01; /* turned about the middle: no common side */
+    Drape turned = measure_shape(&shape, &def, &arena);
+    CHECK_NEAR(turned.cut.skew[1], exact_skew(&shape, def.cut), 0.005);
+    CHECK_NEAR(turned.cut.skew_common, 0.0, 0.005);
+    assert_true(turned.cut.skew[1] > 0.05 && skew > 0.02);
+    /* the plane misses what stands out furthest: four pieces, highest at their ends */
+    shape.b[4] = 0.0, shape.a[4] = -0.025;
+    def.cut = 0.045;
+    def.prominence = 0.002;
+    Drape open = measure_shape(&shape, &def, &arena);
+    assert_int_equal(open.cut.count, 8);
+    def.cut = 0.2; /* below the cloth */
+    Drape none = measure_shape(&shape, &def, &arena);
+    assert_int_equal(none.cut.count, 0);
+    assert_true(isnan(none.cut.skew[0]));
     arena_free(&arena);
 }
 
@@ -291,6 +411,12 @@ static void test_program(void **unused) {
     assert_non_null(strstr(text, "warning: specimen or support is off-centre by"));
     assert_int_equal(measure("run.states --disc 2"), EXIT_BAD_INPUT);
     assert_int_equal(measure("run.states --disc 2km"), EXIT_USAGE);
+    assert_int_equal(measure("run.states --json --cut 20mm --prominence 5m2"), EXIT_USAGE);
+    assert_int_equal(measure("run.states --json --cut 20mm --prominence 5mm"), EXIT_OK);
+    CHECK_NEAR(json_number_of("cut_depth_m"), 0.02, 1e-12);
+    CHECK_NEAR(json_number_of("prominence_m"), 0.005, 1e-12);
+    assert_int_equal(measure("run.states --cut -1"), EXIT_USAGE);
+    assert_int_equal(measure("run.states --prominence fold"), EXIT_USAGE);
     assert_int_equal(measure("run.states --cloth rond"), EXIT_USAGE);
     assert_non_null(strstr(text, "did you mean 'round'"));
     assert_int_equal(measure("run.states --plot out.pdf"), EXIT_USAGE);
@@ -371,7 +497,8 @@ int main(int argc, char **argv) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_contours),    cmocka_unit_test(test_nodes),
         cmocka_unit_test(test_asymmetry),   cmocka_unit_test(test_shapes),
-        cmocka_unit_test(test_cones),       cmocka_unit_test(test_invariance),
+        cmocka_unit_test(test_cones),       cmocka_unit_test(test_peaks),
+        cmocka_unit_test(test_corners),     cmocka_unit_test(test_invariance),
         cmocka_unit_test(test_program),     cmocka_unit_test(test_ensemble),
         cmocka_unit_test(test_independent),
     };

@@ -6,6 +6,8 @@
 
 #include "sim/state/state.h"
 
+#define LIFT 0.0005 /* [m] of the cloth over the table */
+
 DrapeShape drape_shape_default(void) {
     DrapeShape shape = {.specimen = 0.15,
                         .support = 0.09,
@@ -26,6 +28,13 @@ double drape_shape_radius(const DrapeShape *shape, double theta) {
         r += shape->a[n] * cos(n * theta) + shape->b[n] * sin(n * theta);
     }
     return r;
+}
+
+double drape_shape_cut(const DrapeShape *shape, double theta, double depth) {
+    double free = shape->specimen - shape->support;
+    double out = drape_shape_radius(shape, theta) - shape->support;
+    double part = (depth + LIFT) / sqrt(fmax(free * free - out * out, 0.0));
+    return part <= 1.0 ? shape->support + part * out : NAN;
 }
 
 double drape_shape_dc(const DrapeShape *shape) {
@@ -94,7 +103,7 @@ static void place(const DrapeShape *shape, bool draped, Disc *disc) {
         }
         disc->x[3 * i] = shape->centre[0] + r * cos(theta + shape->warp);
         disc->x[3 * i + 1] = shape->centre[1] + r * sin(theta + shape->warp);
-        disc->x[3 * i + 2] = shape->table_height + 0.0005 - down + (draped ? 0.0 : 0.02);
+        disc->x[3 * i + 2] = shape->table_height + LIFT - down + (draped ? 0.0 : 0.02);
         disc->v[3 * i + 2] = draped ? 0.0 : -0.6;
     }
 }
@@ -139,7 +148,9 @@ bool drape_shape_write(const DrapeShape *shape, const char *path) {
     StateCloth cloth = {.name = "round", .fabric = "made-up", .thickness = 0.0005};
     snprintf(cloth.look, sizeof cloth.look, "%s", shape->look);
     const Solid cylinder = {SOLID_CYLINDER, {0, 0, 0.5 * shape->table_height}, shape->support};
-    StateObstacle obstacles[2] = {{"table", "wood", cylinder, NULL}, {"plate", "", cylinder, NULL}};
+    const Solid box = {SOLID_BOX, {shape->box, shape->box, 0.5 * shape->table_height}, 0.0};
+    StateObstacle obstacles[2] = {{"table", "wood", shape->box > 0.0 ? box : cylinder, NULL},
+                                  {"plate", "", cylinder, NULL}};
     obstacles[1].solid.half.z = PLATE_HALF;
     snprintf(obstacles[1].look, sizeof obstacles[1].look, "%s", shape->plate ? shape->plate : "");
     StateHeader header = {.program = "toile tests",

@@ -15,6 +15,7 @@ typedef struct DrapeShape {
     double table_height; /* [m] */
     double centre[2];    /* [m] of table and cloth */
     int rings;           /* of vertices */
+    double box; /* [m] half side of a box along x and y that is the table instead; 0: none */
     const char *look;
     const char *plate;      /* look of a plate on the cloth, as large as the table; NULL */
     double camera_height;   /* [m] over the cloth on the table; INFINITY */
@@ -28,7 +29,9 @@ typedef struct DrapeShape {
 DrapeShape drape_shape_default(void);
 
 double drape_shape_radius(const DrapeShape *shape, double theta); /* [m] of the rim */
-double drape_shape_dc(const DrapeShape *shape);                   /* [%] exact */
+/* [m] of the cut so far below the top of the table; NAN: the rim is above it */
+double drape_shape_cut(const DrapeShape *shape, double theta, double depth);
+double drape_shape_dc(const DrapeShape *shape); /* [%] exact */
 
 /* Two frames: flat above the table, with the velocity of a fall, and draped, at rest. */
 bool drape_shape_write(const DrapeShape *shape, const char *path);
