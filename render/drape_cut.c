@@ -127,8 +127,8 @@ static double find_distance(const DrapeSupport *support, const double *p) {
         const double *b = support->outline + 2 * (size_t)((i + 1) % support->count);
         double along[2] = {b[0] - a[0], b[1] - a[1]};
         double to[2] = {p[0] + support->centre[0] - a[0], p[1] + support->centre[1] - a[1]};
-        double part = (to[0] * along[0] + to[1] * along[1]) /
-                      (along[0] * along[0] + along[1] * along[1]);
+        double part =
+            (to[0] * along[0] + to[1] * along[1]) / (along[0] * along[0] + along[1] * along[1]);
         part = fmin(fmax(part, 0.0), 1.0);
         least = fmin(least, hypot(to[0] - part * along[0], to[1] - part * along[1]));
         inside = inside && along[0] * to[1] - along[1] * to[0] > 0.0; /* it is convex */
@@ -141,7 +141,8 @@ static bool find_place(const DrapeSupport *support, const double *p, double plac
     for (int k = 0; k < 2 && support->count == 4; k++) {
         const double *from = support->outline, *to = support->outline + (k == 0 ? 2 : 6);
         double side[2] = {to[0] - from[0], to[1] - from[1]};
-        place[k] = 2.0 * (p[0] * side[0] + p[1] * side[1]) / (side[0] * side[0] + side[1] * side[1]);
+        place[k] =
+            2.0 * (p[0] * side[0] + p[1] * side[1]) / (side[0] * side[0] + side[1] * side[1]);
     }
     return support->count == 4;
 }
@@ -226,11 +227,11 @@ static int compare_billows(const void *a, const void *b) {
 void drape_cut(const DrapePart *part, const DrapeDef *def, Arena *arena, Drape *drape) {
     DrapeCut *cut = &drape->cut;
     const DrapeSupport *support = &drape->support;
-    *cut = (DrapeCut){
-        .depth = isnan(def->cut) ? DRAPE_CUT * drape->specimen : def->cut,
-        .prominence =
-            isnan(def->prominence) ? DRAPE_BILLOW_PROMINENCE * drape->specimen : def->prominence,
-        .corners = support->count == 4 ? 4 : 0};
+    *cut =
+        (DrapeCut){.depth = isnan(def->cut) ? DRAPE_CUT * drape->specimen : def->cut,
+                   .prominence = isnan(def->prominence) ? DRAPE_BILLOW_PROMINENCE * drape->specimen
+                                                        : def->prominence,
+                   .corners = support->count == 4 ? 4 : 0};
     Curves curves = find_curves(part, support->plane - cut->depth, support->centre, arena);
     for (int k = 0; k < curves.count; k++) {
         add_billows(&curves, k, drape, arena);

@@ -130,8 +130,6 @@ static void print_contact(const Sim *sim, FILE *out) {
             "sim: friction took %.3g J, contact damping %.3g J, the guard %.3g J, "
             "the bound on sides %.3g J\n",
             t->friction, t->damping, t->guard, t->sides);
-    fprintf(out, "sim: damping inside the fabric took %.3g J, of the mass and by air %.3g J\n",
-            t->fabric, t->drag);
     fprintf(out, "sim: %.0f %% of the time for contact, %.0f %% for its lists\n",
             100.0 * t->contact_seconds / fmax(t->seconds, 1e-9),
             100.0 * t->search_seconds / fmax(t->seconds, 1e-9));
@@ -168,4 +166,10 @@ void plan_print_summary(const Sim *sim, FILE *out, bool json) {
     if (system_has_contact(&sim->system)) {
         print_contact(sim, out);
     }
+    fprintf(out, "sim: damping inside the fabric took %.3g J, of the mass and by air %.3g J",
+            t->fabric, t->drag);
+    if (sim->stepper->implicit) {
+        fprintf(out, ", the implicit steps %.3g J", t->numerical);
+    }
+    fputc('\n', out);
 }

@@ -112,6 +112,7 @@ static void add_up(Statistics *total, const Statistics *frame) {
     total->damping += frame->damping;
     total->fabric += frame->fabric;
     total->drag += frame->drag;
+    total->numerical += frame->numerical;
     total->guard += frame->guard;
     total->sides += frame->sides;
     total->step_length = frame->step_length > 0.0 ? frame->step_length : total->step_length;

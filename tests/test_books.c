@@ -1,6 +1,8 @@
-/* The books of energy of the explicit road: what was given is there or was taken, and where. */
+/* The books of energy: what was given is there or was taken, and where. */
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
 
 #include "sim/base/parallel.h"
 #include "tests/support/check.h"
@@ -107,6 +109,91 @@ static void test_twisted_sleeve(void **unused) {
     assert_true(book.taken > 0.05 * book.given);
 }
 
+/* ---- the implicit road ---- */
+
+/* What backward Euler takes in a step from x0, v0 to x1, v1 = (x1 - x0) / dt when its equations are
+ * solved: M (v1 - v0) / dt + grad W(x1) - f = 0 times x1 - x0 is the change of energy but for
+ *
+ *     1/2 |v1 - v0|_M^2 + grad W(x1) . (x1 - x0) - (W(x1) - W(x0)),
+ *
+ * both of which are 0 or more where W is convex. Held places move by dx, and are left out. */
+static double euler_loss(const System *system, const double *x0, const double *v0,
+                         const State *now) {
+    int n = 3 * system->place_count;
+    double *force = calloc((size_t)n, sizeof *force);
+    double loss = system_elastic_energy(system, x0) - system_elastic_energy(system, now->x);
+    system_add_gradient(system, now->x, force);
+    for (int k = 0; k < n; k++) {
+        double dv = now->v[k] - v0[k], dx = now->x[k] - x0[k];
+        loss += 0.5 * system->mass[k / 3] * dv * dv + force[k] * dx;
+    }
+    free(force);
+    return loss;
+}
+
+/* A swing from a side that is held still, one step a frame, solved to the end. */
+static void test_euler_swing(void **unused) {
+    (void)unused;
+    Play play;
+    double taken = 0.0, exact = 0.0, drag = 0.0;
+    play_start(&play, "toile: 1\nfilm: {rate: 120, seconds: 1}\n"
+                      "solver: {stepper: backward_euler, step: 1/120 s, newton_iterations: 30}\n"
+                      "cloth:\n  sheet:\n    shape: {rectangle: {width: 1 m, height: 1 m}}\n"
+                      "    fabric: {weight: 200 g/m2, isotropic: {stretch: 1000 N/m, poisson: 0.3, "
+                      "bending: 1e-4 N m}}\n    nodes: 11 x 11\n    damping: 0.5 1/s\n"
+                      "handles:\n  - {hold: sheet.left}\n");
+    const System *system = &play.sim.system;
+    const Statistics *s = &play.sim.statistics;
+    size_t bytes = 3 * (size_t)system->place_count * sizeof(double);
+    double *x0 = malloc(bytes), *v0 = malloc(bytes);
+    double start = energy_of(s), high = s->gravity;
+    for (int f = 1; f < 120; f++) {
+        memcpy(x0, play.sim.state.x, bytes);
+        memcpy(v0, play.sim.state.v, bytes);
+        play_to(&play, f / 120.0);
+        assert_true(s->steps == 1.0);
+        exact += euler_loss(system, x0, v0, &play.sim.state);
+        taken += s->numerical;
+        drag += s->drag;
+    }
+    CHECK_NEAR(taken / exact, 1.0, 1e-3);
+    CHECK_NEAR((start - energy_of(s) - drag - taken) / (high - s->gravity), 0.0, 1e-9);
+    assert_true(taken > 0.02 * (high - s->gravity) && drag > 0.0 && s->friction == 0.0);
+    free(x0);
+    free(v0);
+    play_end(&play);
+}
+
+/* A card that slides on a floor until it rests: friction has all that it had, along its way. */
+static void test_sliding_card(void **unused) {
+    (void)unused;
+    Play play;
+    double friction = 0.0, numerical = 0.0, mu = 0.3;
+    play_start(
+        &play,
+        "toile: 1\nfilm: {rate: 60, seconds: 2}\nsolver: {stepper: bdf2, step: 1/480 s}\n"
+        "cloth:\n  card:\n    shape: {rectangle: {width: 20 cm, height: 10 cm}}\n"
+        "    fabric: {weight: 500 g/m2, friction: 0.3, isotropic: {stretch: 2e4 N/m, poisson: "
+        "0.3, bending: 1e-2 N m}}\n    nodes: 9 x 5\n    at: [0, 0, 1 mm]\n"
+        "    velocity: [1.5 m/s, 0, 0]\n"
+        "obstacles:\n  floor: {plane: {}, friction: 0.3}\n");
+    const Statistics *s = &play.sim.statistics;
+    play_to(&play, 0.05); /* it has come down */
+    double start = energy_of(s), kinetic = s->kinetic, from = play_mean_x(&play).x;
+    while (play.sim.state.time < 1.5) {
+        play_to(&play, play.sim.state.time + 1e-3);
+        friction += s->friction;
+        numerical += s->numerical;
+    }
+    double way = play_mean_x(&play).x - from, weight = 0.5 * 0.02 * 9.81;
+    CHECK_NEAR(way * mu * weight / kinetic, 1.0, 0.02);
+    CHECK_NEAR(friction / kinetic, 1.0, 0.02);
+    CHECK_NEAR((start - energy_of(s) - friction - numerical) / kinetic, 0.0, 1e-6);
+    CHECK_AT_MOST(fabs(numerical) / kinetic, 0.02);
+    CHECK_AT_MOST(s->kinetic / kinetic, 1e-6);
+    play_end(&play);
+}
+
 /* the same for any number of threads */
 static void test_threads(void **unused) {
     (void)unused;
@@ -120,10 +207,9 @@ int main(int argc, char **argv) {
     (void)argc;
     parallel_fix_environment(argv);
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_damping),
-        cmocka_unit_test(test_turning_clamp),
-        cmocka_unit_test(test_twisted_sleeve),
-        cmocka_unit_test(test_threads),
+        cmocka_unit_test(test_damping),        cmocka_unit_test(test_turning_clamp),
+        cmocka_unit_test(test_twisted_sleeve), cmocka_unit_test(test_euler_swing),
+        cmocka_unit_test(test_sliding_card),   cmocka_unit_test(test_threads),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

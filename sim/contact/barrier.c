@@ -98,6 +98,14 @@ double barrier_work(const Barrier *b) {
     return work;
 }
 
+double barrier_friction(const Barrier *b) {
+    double taken = 0.0;
+    for (int i = 0; i < b->now.count; i++) {
+        taken -= vec3_dot(friction_of(&b->now.items[i]), b->now.items[i].slid);
+    }
+    return taken;
+}
+
 BarrierReport barrier_look(Barrier *b, const double *x) {
     load_cloth(b, x, b->x);
     meetings_find(b, b->x);

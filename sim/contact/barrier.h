@@ -47,6 +47,8 @@ void barrier_begin(Barrier *barrier, const ContactMemory *memory, const double *
 void barrier_drive(Barrier *barrier, double time_end, double dt);
 /* [J] that moving obstacles did on the cloth in this step, by the forces of now. */
 double barrier_work(const Barrier *barrier);
+/* [J] that friction took in this step, by the forces of now; bristles give some of it back. */
+double barrier_friction(const Barrier *barrier);
 
 /* Finds the contacts at x. What follows speaks of them. */
 BarrierReport barrier_look(Barrier *barrier, const double *x);

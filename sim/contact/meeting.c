@@ -114,7 +114,7 @@ static Vec3 carried(const Barrier *b, const Meeting *m, const double *x) {
 
 static void rub(const Barrier *b, Meeting *m, const double *x) {
     m->carried = carried(b, m, x);
-    Vec3 t = vec3_sub(remembered(b, m), m->carried), n = m->foot.normal;
+    Vec3 before = remembered(b, m), t = vec3_sub(before, m->carried), n = m->foot.normal;
     for (int k = 0; k < m->count; k++) {
         size_t at = 3 * (size_t)m->place[k];
         if (is_cloth(b, m->place[k])) {
@@ -122,6 +122,7 @@ static void rub(const Barrier *b, Meeting *m, const double *x) {
             t = vec3_axpy(t, m->foot.weight[k], moved);
         }
     }
+    m->slid = vec3_sub(t, before);
     m->stretch = vec3_axpy(t, -vec3_dot(t, n), n);
     m->limit = m->friction * m->force / (CONTACT_BRISTLE_SHARE * m->stiffness);
     m->slips = vec3_length(m->stretch) > m->limit;

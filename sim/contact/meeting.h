@@ -20,6 +20,7 @@ typedef struct Meeting {
     Foot foot;
     double energy, force, curvature; /* [J], [N], [N/m] */
     Vec3 carried;                    /* [m] motion of the obstacle there in this step */
+    Vec3 slid;                       /* [m] relative motion in this step, against the friction */
     Vec3 stretch;                    /* [m] of the bristle, tangential */
     double limit;                    /* [m] stretch at which it slips */
     bool slips;

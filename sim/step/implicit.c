@@ -98,6 +98,10 @@ double implicit_obstacle_work(const Implicit *im) {
     return im->barrier ? barrier_work(im->barrier) : 0.0;
 }
 
+double implicit_friction(const Implicit *im) {
+    return im->barrier ? barrier_friction(im->barrier) : 0.0;
+}
+
 bool implicit_has_contact(const Implicit *im) { return im->barrier != NULL; }
 
 bool implicit_add_clamped(const Implicit *im, unsigned char *flags) {

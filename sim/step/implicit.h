@@ -36,6 +36,8 @@ void implicit_drive(Implicit *implicit, double time_end, double dt);
 double implicit_turns(const System *system, double from, double to);
 /* [J] done by obstacles on the cloth since the start of the step, at the contacts found last. */
 double implicit_obstacle_work(const Implicit *implicit);
+/* [J] that friction took since then, by the forces of now. */
+double implicit_friction(const Implicit *implicit);
 /* Makes a motion from x legal; returns the smallest share of it that was left. Marks the places
  * whose motion was changed (NULL: do not mark). */
 double implicit_clamp(Implicit *implicit, const double *x, double *dx, unsigned char *changed);

@@ -42,6 +42,7 @@ typedef struct ImplicitTime {
     unsigned char *held, *euler;
     BarrierReport contacts;   /* of the last trial */
     double contact_energy[2]; /* [J] at its start and end */
+    double lost;              /* [J] in it: what it had and was given, and has not */
 } ImplicitTime;
 
 static bool create(const System *system, void **data, bool second_order, Error *error) {
@@ -197,7 +198,7 @@ static NewtonReport try_step(ImplicitTime *t, const System *system, const State 
     return report;
 }
 
-static bool good(const ImplicitTime *t, const System *system, const State *from, const State *to,
+static bool good(ImplicitTime *t, const System *system, const State *from, const State *to,
                  const NewtonReport *report, double *work) {
     if (report->status == NEWTON_DIVERGED || report->status == NEWTON_SINGULAR) {
         return false;
@@ -207,6 +208,7 @@ static bool good(const ImplicitTime *t, const System *system, const State *from,
     double scale =
         system_kinetic_energy(system, to->v, t->held) + system_elastic_energy(system, to->x);
     *work = handle_work(t, system, from, to) + implicit_obstacle_work(t->implicit);
+    t->lost = before + *work - after;
     return isfinite(after) && after - before <= *work + STEP_ENERGY_TOLERANCE * scale +
                                                     ENERGY_FLOOR * system->weight * system->size;
 }
@@ -216,7 +218,7 @@ static bool in_contact(const ImplicitTime *t, const System *system) {
 }
 
 /* with contact a step must have settled, as far as shorter ones do */
-static bool acceptable(const ImplicitTime *t, const System *system, const State *from,
+static bool acceptable(ImplicitTime *t, const System *system, const State *from,
                        const NewtonReport *report, int halvings, double *work) {
     bool keeps_energy = good(t, system, from, &t->trial, report, work);
     return keeps_energy && (!in_contact(t, system) || report->status == NEWTON_CONVERGED ||
@@ -270,7 +272,11 @@ static void accept(ImplicitTime *t, const System *system, State *state, double d
                    Statistics *statistics) {
     CHECK_LEGAL(t->implicit, state->x, t->trial.x);
     count_contacts(t, statistics);
-    statistics->drag += drag_work(t, system, state, &t->trial);
+    double drag = drag_work(t, system, state, &t->trial);
+    double friction = implicit_friction(t->implicit);
+    statistics->drag += drag;
+    statistics->friction += friction;
+    statistics->numerical += t->lost - drag - friction;
     size_t bytes = 3 * (size_t)system->place_count * sizeof(double);
     memcpy(t->trial.x_before, state->x, bytes);
     memcpy(t->trial.v_before, state->v, bytes);
@@ -310,6 +316,14 @@ static bool step(ImplicitTime *t, const System *system, State *state, double dt,
     return false;
 }
 
+/* What yarns that slip turn to heat is stored until they do. */
+static void commit(const System *system, State *state, Statistics *statistics) {
+    bool slips = system->history_count > 0;
+    double stored = slips ? system_elastic_energy(system, state->x) : 0.0;
+    system_commit(system, state);
+    statistics->fabric += slips ? stored - system_elastic_energy(system, state->x) : 0.0;
+}
+
 static bool advance(const System *system, void *data, State *state, double time_end,
                     Statistics *statistics, Error *error) {
     ImplicitTime *t = data;
@@ -326,7 +340,7 @@ static bool advance(const System *system, void *data, State *state, double time_
         }
         statistics->step_length = dt;
         if (step(t, system, state, dt, halvings, statistics)) {
-            system_commit(system, state);
+            commit(system, state, statistics);
             steps--;
             if (++good_steps >= GOOD_STEPS && halvings > 0 && steps % 2 == 0) {
                 dt *= 2.0, steps /= 2, halvings--, good_steps = 0;

@@ -7,7 +7,7 @@ const char statistic_names[] =
     "asleep\nsteps\nretries\nstep_length\nnewton_iterations\nfactorisations\nresidual\n"
     "kinetic\nelastic\ngravity\ncontact\nwork\nstretch\nsmallest_gap\nsmallest_self_gap\n"
     "truncations\nimpulses\nlag\npairs\nevaluations\nrebuilds\nrounds\nzones\nzone_vertices\n"
-    "friction\ndamping\nguard\nsides\nfabric\ndrag\napproach\ncpu\nseconds\ncontact_"
+    "friction\ndamping\nguard\nsides\nfabric\ndrag\nnumerical\napproach\ncpu\nseconds\ncontact_"
     "seconds\nsearch_seconds\n";
 
 /* [m] skin beside half the cloth's thickness on either side; below it contact needs tiny steps */
