@@ -164,7 +164,7 @@ static double find_trough(const double *r, int from, int to) {
 
 Nodes contour_find_nodes(const double *r, double prominence) {
     Nodes nodes = {0};
-    Peak peaks[CONTOUR_MOST_NODES];
+    Peak peaks[CONTOUR_MOST_NODES] = {{0}};
     nodes.count = contour_find_peaks(r, CONTOUR_RAYS, true, prominence, peaks, CONTOUR_MOST_NODES);
     for (int k = 0; k < nodes.count; k++) {
         int i = peaks[k].at;

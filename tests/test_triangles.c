@@ -18,9 +18,16 @@ typedef struct Mesh {
     double slant; /* of its left and right borders: du/dv */
 } Mesh;
 
-typedef enum MeshKind { ONE_DIAGONAL, ALTERNATING, EQUILATERAL, RELAXED, JITTERED } MeshKind;
-static const char *const mesh_names[] = {"one diagonal", "alternating", "equilateral", "relaxed",
-                                         "jittered"};
+typedef enum MeshKind {
+    ONE_DIAGONAL,
+    ALTERNATING,
+    EQUILATERAL,
+    RELAXED,
+    JITTERED,
+    CROSSED
+} MeshKind;
+static const char *const mesh_names[] = {"one diagonal", "alternating", "equilateral",
+                                         "relaxed",      "jittered",    "crossed"};
 
 /* rows of an equilateral mesh, on the nodes of a lattice that is sheared and widened for it */
 static void make_equilateral(Mesh *m, double h) {
@@ -39,13 +46,33 @@ static void make_equilateral(Mesh *m, double h) {
     }
 }
 
+/* Four triangles in each of n x n cells, about a node in its middle. A lattice of n x 2n cells has as
+ * many triangles and n nodes too many, which no triangle uses. */
+static void make_crossed(Mesh *m, int n) {
+    Panel *p = &m->cloth.panel;
+    int corners = (n + 1) * (n + 1);
+    memset(p->material, 0, 2 * (size_t)p->node_count * sizeof *p->material);
+    for (int i = 0; i < corners; i++) {
+        p->material[2 * i] = (double)(i % (n + 1)) / n;
+        p->material[2 * i + 1] = (double)(i / (n + 1)) / n;
+    }
+    for (int k = 0; k < n * n; k++) {
+        int a = k / n * (n + 1) + k % n, c = a + n + 1, o = corners + k;
+        int cell[12] = {a, a + 1, o, a + 1, c + 1, o, c + 1, c, o, c, a, o};
+        p->material[2 * o] = (k % n + 0.5) / n;
+        p->material[2 * o + 1] = (k / n + 0.5) / n;
+        memcpy(m->triangles + 12 * k, cell, sizeof cell);
+    }
+}
+
 /* a square of n x n cells of side 1/n; D11 = D22 = 1, D12 = nu, D66 = (1 - nu)/2 */
 static void make_mesh(Mesh *m, MeshKind kind, int n, double poisson, BendingKind bending) {
     Error error = {0};
     memset(m, 0, sizeof *m);
-    m->def = cloths_rectangle(1.0, 1.0, n + 1, n + 1, cloths_fabric(1.0, 1e3, 0.3, 1.0, poisson));
+    m->def = cloths_rectangle(1.0, 1.0, n + 1, kind == CROSSED ? 2 * n + 1 : n + 1,
+                              cloths_fabric(1.0, 1e3, 0.3, 1.0, poisson));
     m->def.model = "triangles";
-    m->def.scattered = kind >= RELAXED;
+    m->def.scattered = kind == RELAXED || kind == JITTERED;
     m->def.spacing = m->def.scattered ? 1.0 / n : 0.0;
     m->def.jitter = kind == JITTERED ? 0.35 : 0.0;
     assert_true(cloth_create(&m->cloth, &m->def, NULL, 0, 3, &m->arena, &error));
@@ -60,6 +87,9 @@ static void make_mesh(Mesh *m, MeshKind kind, int n, double poisson, BendingKind
     }
     if (kind == EQUILATERAL) {
         make_equilateral(m, 1.0 / n);
+    }
+    if (kind == CROSSED) {
+        make_crossed(m, n);
     }
     assert_true(hinges_create(&m->cloth, m->triangles, m->count, bending, &m->arena, &m->hinges));
 }
@@ -197,7 +227,7 @@ static void check_patch(MeshKind kind, BendingKind bending) {
 
 static void test_patch(void **unused) {
     (void)unused;
-    for (int kind = ONE_DIAGONAL; kind <= JITTERED; kind++) {
+    for (int kind = ONE_DIAGONAL; kind <= CROSSED; kind++) {
         check_patch((MeshKind)kind, BENDING_MORLEY);
         if (kind <= EQUILATERAL) {
             check_patch((MeshKind)kind, BENDING_TENSOR);
@@ -268,7 +298,7 @@ static double rolled_energy(Mesh *m, double kappa, double angle) {
 /* a sheet rolled on a cylinder in six directions, kappa h = 0.3 */
 static void test_rolled(void **unused) {
     (void)unused;
-    for (int kind = ONE_DIAGONAL; kind <= JITTERED; kind++) {
+    for (int kind = ONE_DIAGONAL; kind <= CROSSED; kind++) {
         for (int morley = kind == ONE_DIAGONAL || kind == EQUILATERAL ? 0 : 1; morley < 2;
              morley++) {
             Mesh m;
@@ -358,6 +388,9 @@ static void test_stiffness(void **unused) {
         {ALTERNATING, BENDING_HINGE, 1, 0, 1.0, 1, 1.5},
         {ALTERNATING, BENDING_TENSOR, 1, 0, 1.0, 1, 1.5},
         {ALTERNATING, BENDING_MORLEY, 1, 0, 0.5, 1, 1},
+        {CROSSED, BENDING_HINGE, 1.5, -0.5, 0.5, 1, 1.5},
+        {CROSSED, BENDING_TENSOR, 1.5, -0.5, 0.5, 1, 1.5},
+        {CROSSED, BENDING_MORLEY, 1, 0, 0.5, 1, 1},
         {RELAXED, BENDING_MORLEY, 1, 0, 0.5, 1, 1},
         {JITTERED, BENDING_MORLEY, 1, 0, 0.5, 1, 1},
     };
