@@ -210,7 +210,7 @@ typedef struct Kept {
     int64_t count;
 } Kept;
 
-enum { KEPT_COUNT = 11 };
+enum { KEPT_COUNT = 12 };
 /* the states file keeps a PairMemory as so many doubles, bit by bit */
 #define PAIR_DOUBLES ((int64_t)(sizeof(PairMemory) / sizeof(double)))
 
@@ -229,6 +229,7 @@ static void list_kept(const Sim *sim, Kept kept[KEPT_COUNT]) {
         {"step.calm", (double *)&s->calm, 1},
         {"step.approach", (double *)&s->contact.approach, 1},
         {"step.stiffness", (double *)&s->contact.stiffness, 1},
+        {"step.solid_stiffness", (double *)&s->contact.solid_stiffness, 1},
         {"step.clocks", s->contact.clocks, obstacles},
         {"step.bristles", s->contact.bristles, places * obstacles},
         {"step.history", s->history, sim->system.history_count},

@@ -7,7 +7,7 @@
 
 #define BATCHES 2000
 
-static const double dhat = 1e-3, dt = 1.3e-4, share = 0.5;
+static const double dhat = 1e-3, dt = 1.3e-4, share = 0.5, stiffness = 0.3;
 
 static double noise(int batch, int k, int what) {
     return hash_random(11, (uint64_t)((batch * REST_BATCH + k) * 16 + what)) - 0.5;
@@ -38,8 +38,8 @@ static void compare(const RestFace *face, int batch, const RestRows *found, int 
     make_rows(batch, &rows);
     for (int k = 0; k < REST_BATCH; k++) {
         Vec3 bristle = row_vector(rows.bristle, k), v = row_vector(rows.v, k);
-        ContactForce one = contact_solid_force(rows.distance[k], dhat, rows.mass[k], face->friction,
-                                               normal, v, dt, share, &bristle);
+        ContactForce one = contact_solid_force(stiffness, rows.distance[k], dhat, rows.mass[k],
+                                               face->friction, normal, v, dt, share, &bristle);
         bool near = rows.distance[k] < dhat;
         Vec3 kept = near ? bristle : vec3(0.0, 0.0, 0.0);
         Vec3 friction = row_vector((double(*)[REST_BATCH])found->friction, k);
@@ -62,7 +62,7 @@ static void test_same_bits(void **unused) {
     (void)unused;
     RestKernel *kernels[] = {rest_kernel_scalar, rest_kernel_sse2, rest_kernel_avx2,
                              rest_kernel_avx512};
-    RestFace face = {{0.6, 0.0, 0.8}, dhat, 0.3, dt, share * dt};
+    RestFace face = {{0.6, 0.0, 0.8}, dhat, 0.3, stiffness, dt, share * dt};
     for (VectorWidth width = VECTOR_SCALAR; width < VECTOR_WIDTHS; width++) {
         int seen[CASES] = {0};
         for (int batch = 0; batch < BATCHES && vector_runs_here(width); batch++) {

@@ -6,15 +6,17 @@
 /* k = share * m / dt^2. Larger pumps energy, smaller sinks deeper (g dt^2 / share at rest). */
 #define CONTACT_STIFFNESS 0.2       /* against obstacles */
 #define CONTACT_SELF_STIFFNESS 0.06 /* many pairs share a vertex */
-/* When impulses have to hold the cloth apart in more than one of so many steps, the law is too
- * soft: it is made stiffer, and slowly softer again. */
-#define CONTACT_MOST_STIFFNESS 3.2
+/* Where the guard's impulses have to hold the cloth, which shakes what rests there, the law is too soft: it
+ * is made stiffer, and slowly softer again while there is room. */
+#define CONTACT_MOST_IMPULSES 0.5 /* per step */
+#define CONTACT_ROOMY 0.3   /* of dhat: nothing came nearer; more than one softening above 0.2 */
+#define CONTACT_STIFFER 1.5 /* from one interval to the next */
+#define CONTACT_SOFTER 0.95
+#define CONTACT_MOST_STIFFNESS 0.8      /* at solids: no inertia for one contact of a vertex */
+#define CONTACT_MOST_SELF_STIFFNESS 3.2 /* between cloths */
 #define CONTACT_FULL_STEP_STIFFNESS 0.8 /* more needs a shorter step; 1.6 shakes fine tubes apart */
 #define CONTACT_MESH_STIFFNESS 0.4      /* most at meshes, where it follows the step */
-#define CONTACT_STIFFER 1.5             /* from one interval to the next */
-#define CONTACT_SOFTER 0.95
-#define CONTACT_MOST_IMPULSES 1.0 /* per step */
-#define CONTACT_DAMPING 0.1       /* of critical, along the normal; 0.2 pumps with many pairs */
+#define CONTACT_DAMPING 0.1 /* of critical, along the normal; 0.2 pumps with many pairs */
 #define CONTACT_SELF_DAMPING 0.05
 #define CONTACT_LOG_BELOW 0.5    /* of dhat: the law turns logarithmic */
 #define CONTACT_LEAST_GAP 1e-6   /* of dhat: keeps the logarithm finite; the guard keeps 0.02 */

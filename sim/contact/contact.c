@@ -351,31 +351,49 @@ void contact_begin(Contact *c, ContactView view, const ContactMemory *memory, do
     gather_velocities(c);
     mesh_begin(c);
     c->step_count = 0.0;
-    c->stiffness = memory->stiffness > 0.0 ? memory->stiffness : CONTACT_SELF_STIFFNESS;
+    c->at_cloth = (Stiffness){max2(memory->stiffness, CONTACT_SELF_STIFFNESS), 0.0, INFINITY};
+    c->at_solids = (Stiffness){max2(memory->solid_stiffness, CONTACT_STIFFNESS), 0.0, INFINITY};
     if (!become_quiet(c, dt)) {
         make_lists(c, dt);
     }
 }
 
-/* stiffness for the next interval, by the impulses of this one */
-static void adapt(Contact *c, ContactMemory *memory) {
-    bool soft = c->statistics.impulses > CONTACT_MOST_IMPULSES * c->step_count;
-    double stiffness = c->stiffness * (soft ? CONTACT_STIFFER : CONTACT_SOFTER);
-    stiffness = max2(CONTACT_SELF_STIFFNESS, min2(stiffness, CONTACT_MOST_STIFFNESS));
-    if (c->pairs_wanted && !c->quiet.holds && stiffness != c->stiffness) {
-        double stored = self_energy(c, c->step);
-        c->stiffness = stiffness;
-        c->statistics.stiffened = self_energy(c, c->step) - stored;
-        c->statistics.guard -= c->statistics.stiffened;
+/* For the next interval: more where impulses had to hold the cloth, less where it had room, else the same,
+ * so that what rests is left alone. Returns what that stores [J]. */
+static double adapt(Contact *c, Stiffness *stiffness, double least, double most,
+                    double (*energy)(Contact *c, double dt)) {
+    bool soft = stiffness->impulses > CONTACT_MOST_IMPULSES * c->step_count;
+    bool roomy = stiffness->room > CONTACT_ROOMY;
+    double wanted = stiffness->share * (soft ? CONTACT_STIFFER : roomy ? CONTACT_SOFTER : 1.0);
+    double share = max2(least, min2(wanted, most));
+    if (share == stiffness->share) {
+        return 0.0;
     }
-    memory->stiffness = stiffness;
+    double stored = energy(c, c->step);
+    stiffness->share = share;
+    return energy(c, c->step) - stored;
+}
+
+static void adapt_all(Contact *c, ContactMemory *memory) {
+    ContactStatistics *s = &c->statistics;
+    if (c->pairs_wanted) {
+        s->stiffened += adapt(c, &c->at_cloth, CONTACT_SELF_STIFFNESS, CONTACT_MOST_SELF_STIFFNESS,
+                              self_energy);
+    }
+    if (c->def->obstacle_count > 0) {
+        s->stiffened +=
+            adapt(c, &c->at_solids, CONTACT_STIFFNESS, CONTACT_MOST_STIFFNESS, obstacle_energy);
+    }
+    s->guard -= s->stiffened;
+    memory->stiffness = c->at_cloth.share;
+    memory->solid_stiffness = c->at_solids.share;
 }
 
 void contact_end(Contact *c, ContactMemory *memory) {
     gather_velocities(c);
     contact_count_losses(c);
     if (!c->impulses) {
-        adapt(c, memory);
+        adapt_all(c, memory);
     }
     size_t o = (size_t)c->def->obstacle_count;
     memcpy(memory->poses, c->poses, o * sizeof *c->poses);

@@ -89,9 +89,9 @@ typedef struct ContactMemory {
     PairMemory *pairs; /* (pair_room) all other bristles: touch_count at obstacles, then cloth */
     int touch_count, pair_count, pair_room;
     double approach; /* [m/s] fastest of a touching pair in the last interval */
-    /* of cloth to cloth, share of m / reference_step^2: more where cloth is pressed hard; 0: none yet.
-     * It does not follow the step, which would add to what is stored */
-    double stiffness;
+    /* more where cloth is pressed hard; 0: none yet. Of cloth to cloth, share of m / reference_step^2: it
+     * does not follow the step, which would add to what is stored; at solids, share of m / step^2 */
+    double stiffness, solid_stiffness;
 } ContactMemory;
 
 /* Places for pairs of this many per vertex; more bristles than that are forgotten. */

@@ -57,6 +57,13 @@ typedef struct Toll {
     Vec3 before;                     /* [m/s] */
 } Toll;
 
+/* How hard one kind of contact pushes, and what asks for more or less of it. */
+typedef struct Stiffness {
+    double share;    /* of m / step^2 */
+    double impulses; /* of the guard, in this interval */
+    double room;     /* smallest distance / contact distance in it */
+} Stiffness;
+
 typedef struct Impulses Impulses;
 
 struct Contact {
@@ -96,15 +103,14 @@ struct Contact {
     int *touched;     /* vertices with forces in this step, until its losses are counted */
     unsigned char *is_touched;
     int touched_count;
-    Loss *losses;           /* of chunks of those touched */
-    Push *pushes;           /* (vertex_count) */
-    Toll *tolls;            /* (vertex_count) of those touched */
-    double step, kick_time; /* [s] of this step, of its kick */
-    double stiffness;       /* see ContactMemory */
-    double step_count;      /* in this interval */
-    double *scale;          /* (vertex_count) share of a motion that the planes leave */
-    int *changed;           /* vertices whose velocity the guard changed */
-    Vec3 *kicked;           /* [m/s] (vertex_count) of those: before it did */
+    Loss *losses;                       /* of chunks of those touched */
+    Push *pushes;                       /* (vertex_count) */
+    Toll *tolls;                        /* (vertex_count) of those touched */
+    double step, kick_time, step_count; /* [s] of this step, of its kick; steps in this interval */
+    Stiffness at_cloth, at_solids;      /* see ContactMemory; at meshes as at cloth */
+    double *scale;                      /* (vertex_count) share of a motion that the planes leave */
+    int *changed;                       /* vertices whose velocity the guard changed */
+    Vec3 *kicked;                       /* [m/s] (vertex_count) of those: before it did */
     unsigned char *is_changed;
     int changed_count;
     double level_step;   /* [m] how much nearer any two groups come in this step, at most */

@@ -92,13 +92,13 @@ static inline Vec3 contact_friction(Vec3 *bristle, Vec3 normal, Vec3 sliding, do
     return size2 > limit2 ? vec3_scale(limit / sqrt(size2), force) : force;
 }
 
-/* What meets a solid, of `mass`, at its distance, with velocity v against it; `carried` is left to the
+/* What meets a solid, of `mass`, by a law with this share of m / step^2, at its distance, with velocity v against it; `carried` is left to the
  * caller. */
-static inline ContactForce contact_solid_force(double distance, double dhat, double mass, double mu,
-                                               Vec3 normal, Vec3 v, double dt, double share,
-                                               Vec3 *bristle) {
-    double force, curvature, k = CONTACT_STIFFNESS * mass / (dt * dt);
-    double critical = 2.0 * sqrt(CONTACT_STIFFNESS) * mass / dt;
+static inline ContactForce contact_solid_force(double stiffness, double distance, double dhat,
+                                               double mass, double mu, Vec3 normal, Vec3 v,
+                                               double dt, double share, Vec3 *bristle) {
+    double force, curvature, k = stiffness * mass / (dt * dt);
+    double critical = 2.0 * sqrt(stiffness) * mass / dt;
     double damping = CONTACT_DAMPING * critical;
     contact_law(distance, dhat, k, &force, &curvature);
     double vn = vec3_dot(v, normal), total = max2(0.0, force - damping * vn);

@@ -48,9 +48,9 @@ static ContactForce force_of(const Contact *c, Touch *touch, double dt, double s
     bool vertex = touch->place[1] < 0;
     double *memory = contact_vertex_bristle(c, touch->place[0], touch->obstacle);
     Vec3 bristle = vertex ? vec3_load(memory) : touch->bristle;
-    ContactForce force =
-        contact_solid_force(touch->distance, touch_distance(c, touch), touch_mass(c, touch),
-                            touch_friction(c, touch), touch->normal, v, dt, share, &bristle);
+    ContactForce force = contact_solid_force(
+        c->at_solids.share, touch->distance, touch_distance(c, touch), touch_mass(c, touch),
+        touch_friction(c, touch), touch->normal, v, dt, share, &bristle);
     if (vertex) {
         vec3_store(memory, bristle);
     } else {
@@ -195,6 +195,7 @@ static bool concerns_guard(Contact *c, int owner, double motion) {
 }
 
 void obstacle_impulses(Contact *c, double dt) {
+    double before = c->statistics.impulses;
     for (int k = 0; k < c->due_group_count; k++) {
         const GroupTouch *group = &c->group_touches[c->due_groups[k]];
         double motion = CONTACT_IMPULSE_RESERVE * dt * group->speed;
@@ -203,6 +204,7 @@ void obstacle_impulses(Contact *c, double dt) {
             touch_impulse(c, &c->touches[c->near_touches[group->begin + m]], dt);
         }
     }
+    c->at_solids.impulses += c->statistics.impulses - before;
 }
 
 void obstacle_shorten(Contact *c, double dt) {
@@ -237,7 +239,7 @@ static double energy_of(const Contact *c, const Touch *touch, double dt) {
     if (!vertex && at_corner(touch)) {
         return 0.0;
     }
-    double force, curvature, k = CONTACT_STIFFNESS * touch_mass(c, touch) / (dt * dt);
+    double force, curvature, k = c->at_solids.share * touch_mass(c, touch) / (dt * dt);
     double share = vertex || touch->feature == 7 ? 1.0 : 0.5;
     return share * contact_law(touch->distance, touch_distance(c, touch), k, &force, &curvature);
 }

@@ -351,8 +351,13 @@ void obstacle_find(Contact *c, double dt) {
     obstacle_search(c, true, dt);
     obstacle_look(c);
     for (int k = 0; k < c->due_group_count; k++) {
-        double gap = c->group_touches[c->due_groups[k]].gap;
-        c->statistics.smallest_gap = min2(c->statistics.smallest_gap, gap);
+        const GroupTouch *group = &c->group_touches[c->due_groups[k]];
+        c->statistics.smallest_gap = min2(c->statistics.smallest_gap, group->gap);
+        if (group->count > 0) { /* a group is of one cloth */
+            int place = c->touches[group->begin].place[0];
+            double room = group->gap / c->def->vertex_distance[place];
+            c->at_solids.room = min2(c->at_solids.room, room);
+        }
     }
 }
 

@@ -27,6 +27,7 @@ typedef struct RestFace {
     double normal[3];
     double dhat;         /* [m] contact distance */
     double friction;     /* mu */
+    double stiffness;    /* of the law, share of m / dt^2 */
     double dt, share_dt; /* [s] step, kick */
 } RestFace;
 

@@ -13,12 +13,12 @@ static void find_forces(const RestFace *face, RestRows *rows, int vectors) {
     const double nx = face->normal[0], ny = face->normal[1], nz = face->normal[2];
     const double dt = face->dt, share_dt = face->share_dt, dhat = face->dhat, mu = face->friction;
     const double tau = CONTACT_LOG_BELOW * dhat, least = CONTACT_LEAST_GAP * dhat;
-    const double root = __builtin_sqrt(CONTACT_STIFFNESS);
+    const double share = face->stiffness, root = __builtin_sqrt(share);
     const double along = CONTACT_BRISTLE_DAMPING * __builtin_sqrt(CONTACT_BRISTLE_SHARE);
     int count = vectors * REST_VECTOR;
     VECTOR_LOOP
     for (int i = 0; i < count; i++) {
-        double m = rows->mass[i], d = rows->distance[i], k = CONTACT_STIFFNESS * m / (dt * dt);
+        double m = rows->mass[i], d = rows->distance[i], k = share * m / (dt * dt);
         double critical = 2.0 * root * m / dt, damping = CONTACT_DAMPING * critical;
         double safe = larger(d, least), steep = k * tau * (dhat - tau) / safe;
         double steeper = k * tau * (dhat - tau) / (safe * safe);

@@ -179,6 +179,7 @@ static double push_rows(const RestJob *job, int owner, int first, int count) {
     RestFace face = {{n.x, n.y, n.z},
                      c->def->vertex_distance[touch->place[0]],
                      touch_friction(c, touch),
+                     c->at_solids.share,
                      job->dt,
                      job->share * job->dt};
     RestRows rows;

@@ -279,7 +279,7 @@ static double pair_mass(const Contact *c, const Pair *pair) {
 static double pair_stiffness(const Contact *c, const Pair *pair, double dt) {
     bool at_mesh = pair_obstacle(c, pair) >= 0;
     double step = at_mesh ? dt : c->def->reference_step;
-    double share = at_mesh ? min2(c->stiffness, CONTACT_MESH_STIFFNESS) : c->stiffness;
+    double share = at_mesh ? min2(c->at_cloth.share, CONTACT_MESH_STIFFNESS) : c->at_cloth.share;
     return share * pair->soft * pair_mass(c, pair) / (step * step);
 }
 
@@ -379,6 +379,7 @@ void self_find(Contact *c, double dt) {
         double *gap = pair_obstacle(c, pair) < 0 ? &c->statistics.smallest_self_gap
                                                  : &c->statistics.smallest_gap;
         *gap = min2(*gap, pair->distance);
+        c->at_cloth.room = min2(c->at_cloth.room, pair->distance / pair->dhat);
     }
 }
 
@@ -458,12 +459,14 @@ void self_impulses(Contact *c, double dt) {
             c->tight[count++] = c->due_pairs[k].pair;
         }
     }
+    double before = c->statistics.impulses;
     for (int k = 0; k < count; k++) {
         pair_impulse(c, &l->pairs[c->tight[k]], dt);
     }
     for (int k = count - 1; k >= 0; k--) {
         pair_impulse(c, &l->pairs[c->tight[k]], dt);
     }
+    c->at_cloth.impulses += c->statistics.impulses - before;
 }
 
 /* cloth at a mesh: its vertices stay beyond the closest point of the mesh, less what is reserved

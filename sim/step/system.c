@@ -306,6 +306,7 @@ void state_copy(const System *system, State *to, const State *from) {
     }
     to->contact.approach = from->contact.approach;
     to->contact.stiffness = from->contact.stiffness;
+    to->contact.solid_stiffness = from->contact.solid_stiffness;
     to->contact.touch_count = from->contact.touch_count;
     to->contact.pair_count = from->contact.pair_count;
     memcpy(to->contact.pairs, from->contact.pairs,
