@@ -40,15 +40,18 @@ static int usage_error(const char *text, const char *word) {
 }
 
 static void print_usage(FILE *out) {
-    fprintf(out, "usage: toile sim SCENE -o RUN   simulate a scene; writes RUN/run.states\n"
-                 "       toile check SCENE        validate, print the plan and its cost\n"
-                 "       toile fabrics [NAME]     list the fabrics, or show one\n"
-                 "       toile test bending|shear FABRIC   a virtual Kawabata tester; loop as CSV\n"
-                 "       toile help scene         every key of the scene language\n"
-                 "       toile help models        cloth models and steppers\n"
-                 "       toile version            versions of toile and its libraries\n"
-                 "options: -o RUN  --resume  --force  --frames N  --threads N  --seed N  --json\n"
-                 "         --effective  --model NAME  --quiet  --progress auto|json|none\n");
+    fprintf(out,
+            "usage: toile sim SCENE -o RUN   simulate a scene; writes RUN/run.states\n"
+            "       toile check SCENE        validate, print the plan and its cost\n"
+            "       toile fabrics [NAME]     list the fabrics, or show one\n"
+            "       toile test NAME FABRIC   a virtual tester: bending, shear, picture, tensile,\n"
+            "                                cantilever; rows as CSV (see help tests)\n"
+            "       toile help scene         every key of the scene language\n"
+            "       toile help models        cloth models and steppers\n"
+            "       toile help tests         the virtual testers\n"
+            "       toile version            versions of toile and its libraries\n"
+            "options: -o RUN  --resume  --force  --frames N  --threads N  --seed N  --json\n"
+            "         --effective  --model NAME  --quiet  --progress auto|json|none\n");
 }
 
 static bool parse_number(const char *text, long least, long most, long *value) {
@@ -315,7 +318,11 @@ static int run_fabrics(const char *name, const Arguments *a) {
 static int run_test(const char *test, const char *fabric, const Arguments *a) {
     Error error = {0};
     if (!test || !fabric) {
-        return usage_error("test needs bending or shear, and a fabric", NULL);
+        return usage_error("test needs the name of a test (see toile help tests) and a fabric",
+                           NULL);
+    }
+    if (a->output) {
+        return usage_error("toile-sim draws nothing; scripts/toile test has -o", NULL);
     }
     bool ok = tester_print(test, fabric, a->model ? a->model : cloth_models[0]->name, a->json,
                            stdout, &error);
@@ -332,8 +339,12 @@ static int run_help(const char *topic) {
         for (const Stepper *const *stepper = steppers; *stepper; stepper++) {
             printf("stepper  %-16s %s\n", (*stepper)->name, (*stepper)->about);
         }
+    } else if (topic && strcmp(topic, "tests") == 0) {
+        for (const Tester *tester = testers; tester->name; tester++) {
+            printf("test     %-16s %s\n", tester->name, tester->about);
+        }
     } else if (topic) {
-        return usage_error("there is help for 'scene' and 'models', not for", topic);
+        return usage_error("there is help for 'scene', 'models' and 'tests', not for", topic);
     } else {
         print_usage(stdout);
     }

@@ -1,8 +1,5 @@
-/* tester.h: virtual Kawabata testers: `toile test bending FABRIC`, `toile test shear FABRIC`.
- *
- * Any fabric and any model goes through the loop of the machine, with hysteresis, quasi-statically:
- *   bending: 1 cm between walls that turn, curvature 0, 2.5, -2.5, 2.5 per cm; moment per width;
- *   shear:   20 x 5 cm whose threads keep their length, 0, 8, -8, 8 degrees; force per width. */
+/* tester.h: virtual testers: `toile test NAME FABRIC`. A family: a new tester is one function and one
+ * line in the table of tester.c. What they do: tester_loop.h, tester_strip.h. */
 #ifndef TOILE_SIM_TESTER_H
 #define TOILE_SIM_TESTER_H
 
@@ -12,28 +9,34 @@
 #include "sim/base/error.h"
 #include "sim/scene/fabric.h"
 
-typedef enum TesterKind { TESTER_BENDING, TESTER_SHEAR } TesterKind;
+enum { TESTER_COLUMNS = 6, TESTER_NUMBERS = 8 };
 
-typedef struct TesterLoop {
-    int count;     /* steps of a branch */
-    double *at;    /* [1/m] or [rad] (3 count) */
-    double *force; /* [N] moment per width, or [N/m] */
-    double slope;  /* B [N m], K 50 .. 150 /m; or G [N/m], 0.5 .. 2.5 degrees; mean of both ways */
-    double width;  /* 2HB [N] at 100 /m; or 2HG [N/m] at 0.5 degrees */
-    double width5; /* 2HG5 [N/m] at 5 degrees; shear only */
-    double residual; /* [1/m] or [rad] that is left when the force is gone */
-} TesterLoop;
+typedef struct TesterNumber {
+    const char *key, *label, *unit; /* of JSON; printed */
+    double value, fabric;           /* NAN: the fabric does not say */
+} TesterNumber;
 
-/* `count`: a multiple of 160. Errors: EXIT_BAD_INPUT when the model cannot be made of the fabric. */
-bool tester_run(TesterKind kind, const Fabric *fabric, const char *model, int count, Arena *arena,
-                TesterLoop *loop, Error *error);
+/* What a tester found: rows of numbers, and numbers of the whole. */
+typedef struct TesterReport {
+    const char *columns[TESTER_COLUMNS];   /* with units; the last are what the fabric says */
+    int column_count, row_count, weft_row; /* first row along the weft; row_count: none */
+    double *rows;                          /* (row_count x column_count) */
+    TesterNumber numbers[TESTER_NUMBERS];
+    int number_count;
+    double curve_error; /* of the first loading, see tester_curve_error; NAN */
+} TesterReport;
 
-/* Largest distance of the first loading from the measured curve of the fabric, at its points within
- * the loop, over the curve; NAN: it has none. */
-double tester_curve_error(TesterKind kind, const Fabric *fabric, const TesterLoop *loop);
+typedef struct Tester {
+    const char *name, *about;
+    bool both; /* along warp and weft: rows begin with the word */
+    bool (*run)(const Fabric *fabric, const char *model, Arena *arena, TesterReport *report,
+                Error *error);
+} Tester;
 
-/* The loop as CSV on out, its numbers beside those of the fabric on stderr; `json`: the numbers alone
- * on out. test: "bending" or "shear". */
+extern const Tester testers[]; /* ends with a name that is NULL */
+
+/* The rows as CSV on out, the numbers beside those of the fabric on stderr; `json`: the numbers alone
+ * on out. Errors: EXIT_USAGE when there is no such test, those of the fabric, of the model. */
 bool tester_print(const char *test, const char *fabric, const char *model, bool json, FILE *out,
                   Error *error);
 

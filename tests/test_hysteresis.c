@@ -5,7 +5,7 @@
 #include "sim/model/yarn.h"
 #include "sim/model/yarn_friction.h"
 #include "sim/step/stepper.h"
-#include "sim/tester.h"
+#include "sim/tester_loop.h"
 #include "tests/support/check.h"
 #include "tests/support/cloths.h"
 #include "tests/support/strips.h"
