@@ -50,12 +50,6 @@ bool sim_create(Sim *sim, const Scene *scene, const SimOptions *options, Error *
             return give_up(sim);
         }
     }
-    if (sim->stepper->implicit && scene->air.normal_drag > 0.0) {
-        error_set(error, EXIT_BAD_INPUT,
-                  "%s: 'air: normal_drag' needs the stepper central; %s was chosen, since %s",
-                  scene->path, sim->stepper->name, sim->stepper_why);
-        return give_up(sim);
-    }
     if (!sim->stepper->create(&sim->system, &sim->stepper_data, error)) {
         return give_up(sim);
     }

@@ -44,12 +44,15 @@ SolverDef solver_default(void) {
 Scene scene_default(void) {
     Scene scene = {.film = film_default(),
                    .gravity = {0.0, 0.0, -STANDARD_GRAVITY},
+                   .air = air_default(),
                    .solver = solver_default()};
     scene.film.frame_count = 120;
     return scene;
 }
 
-static void air_set_default(void *object) { *(AirDef *)object = (AirDef){0}; }
+AirDef air_default(void) { return (AirDef){.across = 1.2, .along = 0.03}; }
+
+static void air_set_default(void *object) { *(AirDef *)object = air_default(); }
 static void solver_set_default(void *object) { *(SolverDef *)object = solver_default(); }
 static void scene_set_default(void *object) { *(Scene *)object = scene_default(); }
 
@@ -58,6 +61,12 @@ static const Field air_fields[] = {
      .help = "force per area and relative velocity"},
     {"normal_drag", FIELD_NUMBER, offsetof(AirDef, normal_drag), .unit = "kg/(m2 s)", .min = 0.0,
      .max = 1e3, .help = "more of it across the cloth; lets a flag wave"},
+    {"density", FIELD_NUMBER, offsetof(AirDef, density), .unit = "kg/m3", .min = 0.0, .max = 1e4,
+     .help = "air at 20 degC: 1.2; its push grows with the square of the speed"},
+    {"across", FIELD_NUMBER, offsetof(AirDef, across), .unit = "", .min = 0.0, .max = 10.0,
+     .help = "coefficient of that push across the cloth"},
+    {"along", FIELD_NUMBER, offsetof(AirDef, along), .unit = "", .min = 0.0, .max = 10.0,
+     .help = "the same along it"},
     {"wind", FIELD_VECTOR, offsetof(AirDef, wind), .unit = "m/s", .max = 1e3,
      .help = "velocity of the air"},
     {0}};

@@ -12,6 +12,7 @@
 #include "sim/base/error.h"
 #include "sim/base/film.h"
 #include "sim/geom/solid.h"
+#include "sim/scene/air.h"
 #include "sim/scene/fabric.h"
 #include "sim/scene/garment.h"
 #include "sim/scene/mesh.h"
@@ -151,12 +152,6 @@ typedef struct ObstacleDef {
     double friction;     /* against cloth; negative: the fabric's own; -1 */
     const char *look;    /* "clay" */
 } ObstacleDef;
-
-typedef struct AirDef {
-    double drag;        /* [kg/(m2 s)] force per area and relative velocity; 0 */
-    double normal_drag; /* [kg/(m2 s)] the same along the normal only, on top; explicit; 0 */
-    Vec3 wind;          /* [m/s]; 0 */
-} AirDef;
 
 typedef struct SolverDef {
     const char *stepper;           /* name in steppers[]; "auto" */

@@ -86,7 +86,7 @@ static double contact_step(const System *system, const State *state, double inte
 }
 
 static bool is_good(const System *system, const ExplicitResult *result) {
-    double scale = result->energy_scale, work = result->work;
+    double scale = result->energy_scale, work = result->work + result->blown;
     if (system->contact.impulses) {
         /* without a potential: as if cloth were lifted through the layer; and what repulsions between
          * two obstacles give to one of them is not the cloth's */

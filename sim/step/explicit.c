@@ -37,7 +37,7 @@ struct Explicit {
     Lead bending, membrane;
     Damping damping;    /* the book of it */
     double damped;      /* [J] of this interval: by mass damping, of cloths without a sweep */
-    double air_work;    /* [J] of this interval */
+    double air_work;    /* [J] of this interval, on faces */
     double sides_taken; /* [J] of this interval: work on the bound on sides, and its start */
     double limit;       /* [s] */
     Impulse impulse;    /* of contacts in this interval */
@@ -244,7 +244,7 @@ static void kick(Explicit *e, double dt) {
     for (int c = 0; c < e->system->cloth_count; c++) {
         const Cloth *cloth = &e->system->cloths[c];
         SweepKick kick_one = kick_of(e, c, dt);
-        bool air = e->system->scene->air.normal_drag > 0.0;
+        bool air = air_has_faces(&e->system->scene->air);
         if (air) {
             e->air_work += dt * air_add_push(&e->system->scene->air, cloth, &e->lanes,
                                              e->slot + e->system->first[c]);
@@ -582,6 +582,8 @@ ExplicitResult explicit_interval(Explicit *e, const ExplicitRun *run, State *sta
         result.contact = *contact_statistics(e->contact);
     }
     result.energy_gain = after - before + e->damped - result.contact.stiffened;
-    result.work = result.work + e->air_work + result.contact.work;
+    result.work += result.contact.work;
+    result.drag -= e->air_work;
+    result.blown = e->air_work;
     return result;
 }

@@ -26,7 +26,8 @@ typedef struct ExplicitResult {
                               mass damping took from cloths without a sweep */
     double energy_scale;   /* [J] of the energies at hand, for judging the gain */
     double sides;          /* [J] taken out by the bound on sides (sides.h) */
-    double fabric, drag;   /* [J] taken out by damping (damping.h) */
+    double fabric, drag;   /* [J] taken out by damping (damping.h), and by air less what it gave */
+    double blown;          /* [J] that the air gave on faces */
     double contact_energy; /* [J] at the end */
     double fastest;        /* [m/s] at any time */
     int steps, kills;

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "sim/contact/constants.h"
+#include "sim/step/air.h"
 
 #define TURN_SAMPLES 8 /* of the turn of an obstacle in an output interval */
 
@@ -21,6 +22,10 @@ struct Implicit {
     const unsigned char *held;
     Barrier *barrier;       /* NULL: nothing can meet anything */
     unsigned char *clamped; /* (place_count) by any motion of the solve */
+    AirFace *faces;         /* (face_count) of all cloths at the start; NULL: no air on faces */
+    int face_count;
+    double *air_start; /* [m] (place_count x 3) likewise */
+    AirStep air;       /* of the solve at work; count 0 where time stands still */
 };
 
 static int *couple_all(const System *system, int *pair_count) {
@@ -38,6 +43,31 @@ static int *couple_all(const System *system, int *pair_count) {
         at += 2 * count;
     }
     return pairs;
+}
+
+static void create_faces(Implicit *im) {
+    const System *system = im->system;
+    for (int c = 0; c < system->cloth_count && air_has_faces(&system->scene->air); c++) {
+        im->face_count += system->cloths[c].panel.triangle_count;
+    }
+    if (im->face_count > 0) {
+        im->faces = arena_push(system->arena, AirFace, im->face_count);
+        im->air_start = arena_push(system->arena, double, 3 * system->place_count);
+    }
+}
+
+/* as they are at the start of a step */
+static void find_faces(Implicit *im, const State *start) {
+    const System *system = im->system;
+    AirFace *faces = im->faces;
+    for (int c = 0; c < system->cloth_count && faces; c++) {
+        size_t at = 3 * (size_t)system->first[c];
+        faces += air_find_faces(&system->scene->air, &system->cloths[c], system->first[c],
+                                start->x + at, start->v + at, faces);
+    }
+    if (im->faces) {
+        memcpy(im->air_start, start->x, 3 * (size_t)system->place_count * sizeof *start->x);
+    }
 }
 
 Implicit *implicit_create(const System *system) {
@@ -58,6 +88,7 @@ Implicit *implicit_create(const System *system) {
     for (int i = 0; i < system->place_count; i++) {
         implicit->diagonal[i] = block_matrix_place(&implicit->matrix, i, i);
     }
+    create_faces(implicit);
     if (system_has_contact(system)) {
         implicit->clamped = arena_push(system->arena, unsigned char, system->place_count);
         implicit->barrier = barrier_create(&system->contact, system->arena);
@@ -78,11 +109,14 @@ double implicit_nonzeros(const Implicit *implicit) { return factor_nonzeros(impl
 void implicit_begin(Implicit *im, const unsigned char *held, const State *start) {
     im->held = held;
     im->start = start;
+    find_faces(im, start);
     if (im->barrier) {
         barrier_begin(im->barrier, &start->contact, start->x, held);
         memset(im->clamped, 0, (size_t)im->system->place_count);
     }
 }
+
+double implicit_air_work(const Implicit *im, const double *x) { return air_step_work(&im->air, x); }
 
 int implicit_count_crossings(const Implicit *im, const double *x) {
     return im->barrier ? barrier_count_crossings(im->barrier, x) : 0;
@@ -165,6 +199,7 @@ static void gradient(void *context, const double *x, double *g) {
             g[k] += inertia + drag - blown - mass * pull[c];
         }
     }
+    air_step_add_gradient(&im->air, x, g);
     if (im->barrier) {
         barrier_look(im->barrier, x);
         barrier_add_gradient(im->barrier, g);
@@ -177,7 +212,7 @@ static double energy(void *context, const double *x) {
     const System *system = im->system;
     const AirDef *air = &system->scene->air;
     Vec3 gravity = system->scene->gravity;
-    double sum = system_elastic_energy(system, x);
+    double sum = system_elastic_energy(system, x) + air_step_energy(&im->air, x);
     for (int i = 0; i < system->place_count; i++) {
         double mass = im->held[i] ? 0.0 : system->mass[i], a, velocity;
         Vec3 at = vec3_load(x + 3 * i);
@@ -227,6 +262,7 @@ static void tangent(void *context, const double *x, bool definite) {
         block_add_diagonal(values, im->diagonal[i],
                            (a + velocity * system->damping[i]) * system->mass[i]);
     }
+    air_step_add_hessian(&im->air, &im->matrix);
     if (im->barrier) {
         barrier_add_stiffness(im->barrier, add_contact_block, im);
     }
@@ -259,6 +295,11 @@ static bool add_left_out(void *context, const double *p, double *y) {
 
 static NewtonProblem problem_of(Implicit *im, const ImplicitTerms *terms) {
     im->terms = *terms;
+    im->air = (AirStep){.faces = im->faces,
+                        .count = terms->velocity > 0.0 ? im->face_count : 0,
+                        .wind = im->system->scene->air.wind,
+                        .dt = terms->step,
+                        .start = im->air_start};
     return (NewtonProblem){.context = im,
                            .node_count = im->system->place_count,
                            .fixed = im->held,

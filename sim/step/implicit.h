@@ -20,7 +20,7 @@ typedef struct ImplicitTerms {
     double velocity;     /* [1/s] c */
     /* places that take backward Euler instead, with their own x_hat and v_hat; NULL: none */
     const unsigned char *euler; /* (place_count) */
-    double step;                /* [s] theirs: a = 1/step^2, c = 1/step */
+    double step;                /* [s] of all, where c > 0; theirs: a = 1/step^2, c = 1/step */
     const double *v_hat;        /* [m/s] (place_count x 3), unused when c = 0 */
 } ImplicitTerms;
 
@@ -36,6 +36,8 @@ void implicit_drive(Implicit *implicit, double time_end, double dt);
 double implicit_turns(const System *system, double from, double to);
 /* [J] done by obstacles on the cloth since the start of the step, at the contacts found last. */
 double implicit_obstacle_work(const Implicit *implicit);
+/* [J] that the air did on the faces of the cloth, by the solve that was last, until x. */
+double implicit_air_work(const Implicit *implicit, const double *x);
 /* [J] that friction took since then, by the forces of now. */
 double implicit_friction(const Implicit *implicit);
 /* Makes a motion from x legal; returns the smallest share of it that was left. Marks the places

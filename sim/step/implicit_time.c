@@ -198,6 +198,22 @@ static NewtonReport try_step(ImplicitTime *t, const System *system, const State 
     return report;
 }
 
+/* [J] taken by mass damping and drag, less what the wind does */
+static double drag_work(const ImplicitTime *t, const System *system, const State *from,
+                        const State *to) {
+    const AirDef *air = &system->scene->air;
+    double wind[3] = {air->wind.x, air->wind.y, air->wind.z}, work = 0.0;
+    for (int i = 0; i < system->place_count; i++) {
+        for (int a = 0; a < 3 && !t->held[i]; a++) {
+            int k = 3 * i + a;
+            double force = system->damping[i] * system->mass[i] * to->v[k] -
+                           air->drag * system->area[i] * wind[a];
+            work += force * (to->x[k] - from->x[k]);
+        }
+    }
+    return work - implicit_air_work(t->implicit, to->x);
+}
+
 static bool good(ImplicitTime *t, const System *system, const State *from, const State *to,
                  const NewtonReport *report, double *work) {
     if (report->status == NEWTON_DIVERGED || report->status == NEWTON_SINGULAR) {
@@ -209,7 +225,8 @@ static bool good(ImplicitTime *t, const System *system, const State *from, const
         system_kinetic_energy(system, to->v, t->held) + system_elastic_energy(system, to->x);
     *work = handle_work(t, system, from, to) + implicit_obstacle_work(t->implicit);
     t->lost = before + *work - after;
-    return isfinite(after) && after - before <= *work + STEP_ENERGY_TOLERANCE * scale +
+    double blown = fmax(0.0, -drag_work(t, system, from, to));
+    return isfinite(after) && after - before <= *work + blown + STEP_ENERGY_TOLERANCE * scale +
                                                     ENERGY_FLOOR * system->weight * system->size;
 }
 
@@ -250,22 +267,6 @@ static void count_iterations(Statistics *statistics, const NewtonReport *report)
     statistics->newton_iterations += report->iterations;
     statistics->factorisations += report->factorisations;
     statistics->residual = report->residual;
-}
-
-/* [J] taken by mass damping and drag, less what the wind does */
-static double drag_work(const ImplicitTime *t, const System *system, const State *from,
-                        const State *to) {
-    const AirDef *air = &system->scene->air;
-    double wind[3] = {air->wind.x, air->wind.y, air->wind.z}, work = 0.0;
-    for (int i = 0; i < system->place_count; i++) {
-        for (int a = 0; a < 3 && !t->held[i]; a++) {
-            int k = 3 * i + a;
-            double force = system->damping[i] * system->mass[i] * to->v[k] -
-                           air->drag * system->area[i] * wind[a];
-            work += force * (to->x[k] - from->x[k]);
-        }
-    }
-    return work;
 }
 
 static void accept(ImplicitTime *t, const System *system, State *state, double dt, double work,

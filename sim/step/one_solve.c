@@ -42,13 +42,14 @@ static bool take_step(OneSolve *o, const System *system, double dt, Statistics *
     ImplicitTerms terms = {.acceleration = 1.0 / (dt * dt),
                            .x_hat = o->x_hat,
                            .velocity = 1.0 / dt,
+                           .step = dt,
                            .v_hat = o->v_hat};
     NewtonParams params = newton_default();
     params.max_iterations = 1;
     params.tolerance = 0.0;
     system_mark_held(system, s->time + dt, o->held);
-    system_place_held(system, s->time + dt, s->x);
     implicit_begin(o->implicit, o->held, s);
+    system_place_held(system, s->time + dt, s->x);
     NewtonReport report = implicit_solve(o->implicit, &terms, &params, NULL, s->x);
     for (int k = 0; k < n; k++) {
         s->v[k] = s->x[k] / dt + o->v_hat[k];

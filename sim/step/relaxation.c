@@ -38,6 +38,9 @@ static bool create(const System *system, void **data, Error *error) {
     if (system_has_contact(system)) {
         return stepper_refuse(system, "relaxation", "obstacles", "static", error);
     }
+    if (!stepper_stands_wind(system, "relaxation", error)) {
+        return false;
+    }
     Relaxation *r = arena_push(system->arena, Relaxation, 1);
     r->implicit = implicit_create(system);
     r->trial = state_allocate(system, system->arena);

@@ -8,6 +8,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "sim/step/air.h"
 #include "sim/step/stepper.h"
 
 enum { MOST_STAGES = 7 };
@@ -59,13 +60,15 @@ typedef struct RungeKutta {
     double *x, *v;                                     /* of a stage, of the new step */
     double *x_rate[MOST_STAGES], *v_rate[MOST_STAGES]; /* [m/s], [m/s2] (place_count x 3) */
     double *gradient, *gradient_before;                /* [N] */
+    double *push;                                      /* [N] minus that of the air on faces */
+    double power[MOST_STAGES];                         /* [W] that the air gives at each stage */
     double limit, step;                                /* [s] */
 } RungeKutta;
 
 static bool create(const System *system, const char *name, const Tableau *tableau, void **data,
                    Error *error) {
-    if (system_has_contact(system) || system->scene->air.normal_drag > 0.0) {
-        return stepper_refuse(system, name, "obstacles, normal drag", "central", error);
+    if (system_has_contact(system)) {
+        return stepper_refuse(system, name, "obstacles", "central", error);
     }
     RungeKutta *r = arena_push(system->arena, RungeKutta, 1);
     int n = 3 * system->place_count;
@@ -76,6 +79,7 @@ static bool create(const System *system, const char *name, const Tableau *tablea
     r->v = arena_push(system->arena, double, n);
     r->gradient = arena_push(system->arena, double, n);
     r->gradient_before = arena_push(system->arena, double, n);
+    r->push = arena_push(system->arena, double, n);
     for (int s = 0; s < tableau->stages; s++) {
         r->x_rate[s] = arena_push(system->arena, double, n);
         r->v_rate[s] = arena_push(system->arena, double, n);
@@ -86,10 +90,24 @@ static bool create(const System *system, const char *name, const Tableau *tablea
     return true;
 }
 
-/* rates at (x, v); those of held places are 0. Leaves the gradient in r->gradient. */
-static void find_rates(RungeKutta *r, const System *system, const double *x, const double *v,
-                       double *x_rate, double *v_rate) {
+/* minus the push of the air on faces, into r->push; returns its power [W] */
+static double find_push(RungeKutta *r, const System *system, const double *x, const double *v) {
     const AirDef *air = &system->scene->air;
+    double power = 0.0;
+    memset(r->push, 0, 3 * (size_t)system->place_count * sizeof *r->push);
+    for (int c = 0; c < system->cloth_count && air_has_faces(air); c++) {
+        size_t at = 3 * (size_t)system->first[c];
+        power += air_add_gradient(air, &system->cloths[c], x + at, v + at, r->push + at);
+    }
+    return power;
+}
+
+/* rates at (x, v); those of held places are 0. Leaves the gradient in r->gradient. Returns the power [W]
+ * that air gives. */
+static double find_rates(RungeKutta *r, const System *system, const double *x, const double *v,
+                         double *x_rate, double *v_rate) {
+    const AirDef *air = &system->scene->air;
+    double power = find_push(r, system, x, v);
     double g[3] = {system->scene->gravity.x, system->scene->gravity.y, system->scene->gravity.z};
     double wind[3] = {air->wind.x, air->wind.y, air->wind.z};
     memset(r->gradient, 0, 3 * (size_t)system->place_count * sizeof *r->gradient);
@@ -97,12 +115,15 @@ static void find_rates(RungeKutta *r, const System *system, const double *x, con
     for (int i = 0; i < system->place_count; i++) {
         for (int c = 0; c < 3; c++) {
             int k = 3 * i + c;
-            double force = air->drag * system->area[i] * wind[c] - r->gradient[k];
+            double blown = air->drag * system->area[i] * wind[c];
+            double force = blown - r->push[k] - r->gradient[k];
             bool held = r->held[i];
+            power += held ? 0.0 : blown * v[k];
             x_rate[k] = held ? 0.0 : v[k];
             v_rate[k] = held ? 0.0 : g[c] + force / system->mass[i] - system->damping[i] * v[k];
         }
     }
+    return power;
 }
 
 /* from + dt sum of weights times rates, into r->x and r->v; held places where they belong */
@@ -150,13 +171,22 @@ static void take_stages(RungeKutta *r, const System *system, double dt) {
             combine(r, system, from, t->a[s], s, dt, from->time + t->c[s] * dt);
             x = r->x, v = r->v;
         }
-        find_rates(r, system, x, v, r->x_rate[s], r->v_rate[s]);
+        r->power[s] = find_rates(r, system, x, v, r->x_rate[s], r->v_rate[s]);
         if (s == 0) {
             memcpy(r->gradient_before, r->gradient,
                    3 * (size_t)system->place_count * sizeof *r->gradient);
         }
     }
     combine(r, system, from, t->b, t->stages, dt, from->time + dt);
+}
+
+/* [J] that air gave in the step */
+static double air_work(const RungeKutta *r, double dt) {
+    double work = 0.0;
+    for (int k = 0; k < r->tableau->stages; k++) {
+        work += dt * r->tableau->b[k] * r->power[k];
+    }
+    return work;
 }
 
 /* the step becomes the state; returns the work [J] that handles did in it, by the mean force */
@@ -197,7 +227,7 @@ static double total_energy(const RungeKutta *r, const System *system, double *sc
 static bool run(RungeKutta *r, const System *system, double longest, double time_end,
                 Statistics *statistics, double *gain) {
     bool controlled = r->tableau->e[0] != 0.0;
-    double tolerance = system->scene->solver.tolerance, scale = 0.0, work = 0.0;
+    double tolerance = system->scene->solver.tolerance, scale = 0.0, work = 0.0, blown = 0.0;
     double before = total_energy(r, system, &scale), shortest = 1e-6 * r->limit;
     double interval = time_end - r->trial.time;
     int taken = 0;
@@ -224,17 +254,19 @@ static bool run(RungeKutta *r, const System *system, double longest, double time
                 continue;
             }
         }
+        blown += air_work(r, dt);
         work += accept(r, system, dt);
         r->trial.time = last ? time_end : r->trial.time;
         if (++taken % JUDGE_EVERY == 0 || last) {
             double after = total_energy(r, system, &scale);
-            *gain = after - before - work - STEP_ENERGY_TOLERANCE * scale;
+            *gain = after - before - work - blown - STEP_ENERGY_TOLERANCE * scale;
             if (!isfinite(after) || *gain > 0.0) {
                 return false;
             }
         }
     }
     statistics->work += work;
+    statistics->drag -= blown;
     return *gain <= 0.0;
 }
 

@@ -29,7 +29,9 @@ typedef struct Static {
 } Static;
 
 static bool create(const System *system, void **data, Error *error) {
-    (void)error;
+    if (!stepper_stands_wind(system, "static", error)) {
+        return false;
+    }
     Static *s = arena_push(system->arena, Static, 1);
     s->implicit = implicit_create(system);
     s->engine = explicit_create(system);

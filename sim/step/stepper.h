@@ -35,6 +35,8 @@ const Stepper *stepper_choose(const System *system, const char **why);
  * do not know; `instead`: a stepper that has contact, or NULL. */
 bool stepper_refuse(const System *system, const char *name, const char *without,
                     const char *instead, Error *error);
+/* For steppers that look for rest: false, with an error, where wind pushes on faces. */
+bool stepper_stands_wind(const System *system, const char *name, Error *error);
 
 /* Halvings of a step or an interval before a run gives up. */
 #define STEP_MAX_HALVINGS 8

@@ -43,3 +43,14 @@ bool stepper_refuse(const System *system, const char *name, const char *without,
                      system->scene->path, name, without, instead ? "; '" : "",
                      instead ? instead : "", instead ? "' has contact" : "");
 }
+
+bool stepper_stands_wind(const System *system, const char *name, Error *error) {
+    const AirDef *air = &system->scene->air;
+    if (!air_has_faces(air) || vec3_length(air->wind) == 0.0) {
+        return true;
+    }
+    return error_set(error, EXIT_BAD_INPUT,
+                     "%s: stepper '%s' looks for rest, which wind on faces ('air: normal_drag', "
+                     "'density') does not leave; use central or bdf2, or 'air: drag' alone",
+                     system->scene->path, name);
+}

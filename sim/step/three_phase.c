@@ -43,8 +43,8 @@ typedef struct ThreePhase {
 
 static bool create(const System *system, void **data, Error *error) {
     const AirDef *air = &system->scene->air;
-    if (system_has_contact(system) || air->normal_drag > 0.0 || vec3_length(air->wind) > 0.0) {
-        return stepper_refuse(system, "three_phase", "obstacles, wind, normal drag", NULL, error);
+    if (system_has_contact(system) || air_has_faces(air) || vec3_length(air->wind) > 0.0) {
+        return stepper_refuse(system, "three_phase", "obstacles, wind, air on faces", NULL, error);
     }
     ThreePhase *p = arena_push(system->arena, ThreePhase, 1);
     p->sweeps = stochastic_create(system);
