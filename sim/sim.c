@@ -50,6 +50,13 @@ bool sim_create(Sim *sim, const Scene *scene, const SimOptions *options, Error *
             return give_up(sim);
         }
     }
+    for (int c = 0; c < sim->system.cloth_count && !sim->stepper->limits; c++) {
+        if (sim->system.cloths[c].def->repel) {
+            error_set(error, EXIT_BAD_INPUT, "%s: 'repel' needs the stepper central, not %s",
+                      scene->path, sim->stepper->name);
+            return give_up(sim);
+        }
+    }
     if (!sim->stepper->create(&sim->system, &sim->stepper_data, error)) {
         return give_up(sim);
     }

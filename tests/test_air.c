@@ -10,8 +10,8 @@
 #include "tests/support/play.h"
 #include "tests/support/strips.h"
 
-static const AirDef air = {.normal_drag = 0.3, .density = 1.2, .across = 1.2, .along = 0.03,
-                           .wind = {1.0, -2.0, 0.5}};
+static const AirDef air = {
+    .normal_drag = 0.3, .density = 1.2, .across = 1.2, .along = 0.03, .wind = {1.0, -2.0, 0.5}};
 
 static void test_law(void **unused) {
     (void)unused;
@@ -108,8 +108,7 @@ static void test_roads(void **unused) {
         x[k] = f.state.x[k] + f.step.dt * f.state.v[k];
     }
     air_step_add_gradient(&f.step, x, implicit);
-    double power =
-        air_add_gradient(&air, &f.bench.system.cloths[0], f.state.x, f.state.v, now);
+    double power = air_add_gradient(&air, &f.bench.system.cloths[0], f.state.x, f.state.v, now);
     for (int k = 0; k < n; k++) {
         worst = fmax(worst, fabs(implicit[k] - now[k]));
         size = fmax(size, fabs(now[k]));
@@ -120,9 +119,9 @@ static void test_roads(void **unused) {
 }
 
 /* steppers that follow motion in air */
-static const char *const followers[] = {"central",   "symplectic_euler", "forward_euler", "midpoint",
-                                        "rk4",       "rk45",             "bdf2",
-                                        "backward_euler", "one_solve"};
+static const char *const followers[] = {
+    "central", "symplectic_euler", "forward_euler", "midpoint", "rk4", "rk45",
+    "bdf2",    "backward_euler",   "one_solve"};
 enum { FOLLOWERS = sizeof followers / sizeof *followers };
 
 static void fly(Play *play, const char *stepper, const char *rest) {
@@ -183,8 +182,7 @@ static void test_refusals(void **unused) {
     const char *names[] = {"static", "relaxation", "stochastic", "three_phase"};
     for (int k = 0; k < 4; k++) {
         Arena arena = {0};
-        ClothDef cloth =
-            cloths_rectangle(0.3, 0.3, 6, 6, cloths_fabric(0.2, 1e3, 0.3, 1e-4, 0.3));
+        ClothDef cloth = cloths_rectangle(0.3, 0.3, 6, 6, cloths_fabric(0.2, 1e3, 0.3, 1e-4, 0.3));
         Scene scene = cloths_scene(&cloth);
         Sim sim;
         SimOptions options = sim_options_default();
@@ -201,8 +199,8 @@ static void test_refusals(void **unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_law),      cmocka_unit_test(test_potential),
-        cmocka_unit_test(test_roads),    cmocka_unit_test(test_terminal),
-        cmocka_unit_test(test_wind),     cmocka_unit_test(test_refusals)};
+        cmocka_unit_test(test_law),   cmocka_unit_test(test_potential),
+        cmocka_unit_test(test_roads), cmocka_unit_test(test_terminal),
+        cmocka_unit_test(test_wind),  cmocka_unit_test(test_refusals)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

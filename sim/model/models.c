@@ -153,6 +153,11 @@ bool cloth_create(Cloth *cloth, const ClothDef *def, const HandleDef *handles, i
         (def->hysteresis && !yarn_friction_attach(cloth, arena, error))) {
         return false;
     }
+    if ((def->fifth_power || def->repel) && strcmp(def->model, "particles") != 0) {
+        return error_set(error, EXIT_BAD_INPUT,
+                         "cloth '%s': '%s' is for model 'particles', not '%s'", def->name,
+                         def->repel ? "repel" : "threads: breen", def->model);
+    }
     if (def->sides == SIDES_BOUNDED && !(cloth->lattice && cloth->lattice->bounded)) {
         return error_set(error, EXIT_BAD_INPUT,
                          "cloth '%s': 'sides: bounded' needs model 'mlpg' on a lattice, with "

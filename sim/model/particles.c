@@ -6,22 +6,28 @@
  * M K/2, which holds for straight lines only; border threads own half a width; the trellis unit is
  * the cell, which sees what crossings are blind to. Threads are linear springs; the twist of a cell
  * has the stiffness of the fabric, of which the paper knows nothing; contact replaces the force that
- * kept particles a spacing apart.
+ * kept particles a spacing apart. As published on demand: that force (`repel`), and threads whose
+ * energy grows with the fifth power of the stretch (`threads: breen`), as stiff at 1 % as the line.
  */
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 #include "sim/model/mlpg.h"
+#include "sim/model/repel.h"
 #include "sim/model/spring_net.h"
 #include "sim/model/stable.h"
 #include "sim/model/thread_rows.h"
+
+#define FIFTH_AT 0.01 /* stretch at which the tension of both laws is the same */
 
 typedef struct Particles {
     SpringKind kinds[4]; /* 2 axis + border */
     SpringNet threads;
     ThreadUnits units;
     Bending twist;
-    ThreadRows *rows;    /* forces of all these but the walls */
+    ThreadRows *rows;    /* forces of all these but the walls, and threads of the fifth power */
+    Repel *repel;        /* NULL: none */
     SweepLattice limits; /* for damping */
 } Particles;
 
@@ -67,6 +73,23 @@ static void create_limits(Cloth *cloth, Particles *s) {
     cloth->limits = &s->limits;
 }
 
+/* [J] C0 with the tension of the line at FIFTH_AT */
+static double fifth_of(const SpringKind *kind) {
+    return kind->stiffness * kind->rest * kind->rest * FIFTH_AT / (5.0 * pow(FIFTH_AT, 4.0));
+}
+
+/* what the paper has and toile leaves out by default */
+static void create_published(Cloth *cloth, Particles *s, Arena *arena) {
+    const Panel *p = &cloth->panel;
+    for (int k = 0; k < 4 && cloth->def->fifth_power; k++) {
+        s->kinds[k].fifth = fifth_of(&s->kinds[k]);
+    }
+    if (cloth->def->repel) {
+        double strength = sqrt(fifth_of(&s->kinds[0]) * fifth_of(&s->kinds[2]));
+        s->repel = repel_create(p, strength, p->start, arena);
+    }
+}
+
 static bool create(Cloth *cloth, Arena *arena, Error *error) {
     const Panel *p = &cloth->panel;
     if (p->rest_curvature[0] != 0.0 || p->rest_curvature[1] != 0.0) {
@@ -86,7 +109,9 @@ static bool create(Cloth *cloth, Arena *arena, Error *error) {
         return false;
     }
     create_twist(cloth, s, arena);
-    double stiffness[2] = {s->kinds[0].stiffness, s->kinds[2].stiffness};
+    create_published(cloth, s, arena);
+    bool line = !cloth->def->fifth_power;
+    double stiffness[2] = {line ? s->kinds[0].stiffness : 0.0, line ? s->kinds[2].stiffness : 0.0};
     s->rows = thread_rows_create(p, &s->units, stiffness, 4.0 * m->d66, arena);
     create_limits(cloth, s);
     cloth->strain_count = s->threads.spring_count;
@@ -99,7 +124,7 @@ static bool create(Cloth *cloth, Arena *arena, Error *error) {
 static double energy(const Cloth *cloth, const double *x) {
     const Particles *s = cloth->data;
     return spring_net_energy(&s->threads, x) + thread_units_energy(&s->units, x) +
-           bending_energy(&s->twist, x);
+           bending_energy(&s->twist, x) + (s->repel ? repel_energy(s->repel, x) : 0.0);
 }
 
 static void add_damped_gradient(const Cloth *cloth, const double *stretched, const double *bent,
@@ -107,6 +132,12 @@ static void add_damped_gradient(const Cloth *cloth, const double *stretched, con
     const Particles *s = cloth->data;
     thread_rows_add_gradient(s->rows, stretched, bent, gradient);
     thread_units_add_wall_gradient(&s->units, bent, gradient);
+    if (cloth->def->fifth_power) {
+        spring_net_add_gradient(&s->threads, stretched, gradient);
+    }
+    if (s->repel) {
+        repel_add_gradient(s->repel, stretched, gradient);
+    }
 }
 
 static void add_gradient(const Cloth *cloth, const double *x, double *gradient) {
@@ -145,6 +176,23 @@ static void add_hessian(const Cloth *cloth, const double *x, const double *sigma
     bending_add_hessian(&s->twist, x, values);
 }
 
+/* of the fifth power: as far as FIFTH_AT, where it is four times as stiff as the line */
+static double stable_step(const Cloth *cloth) {
+    if (!cloth->def->fifth_power) {
+        return stable_step_by_power(cloth);
+    }
+    Cloth line = *cloth;
+    Particles as_line = *(const Particles *)cloth->data;
+    line.data = &as_line;
+    SpringKind kinds[4];
+    memcpy(kinds, as_line.kinds, sizeof kinds);
+    for (int k = 0; k < 4; k++) {
+        kinds[k].fifth = 0.0;
+    }
+    as_line.threads.kinds = kinds;
+    return 0.5 * stable_step_by_power(&line);
+}
+
 const ClothModel cloth_model_particles = {
     .name = "particles",
     .about = "threads of particles with measured curves (Breen, House, Wozny 1994)",
@@ -158,5 +206,5 @@ const ClothModel cloth_model_particles = {
     .couple = couple,
     .add_hessian = add_hessian,
     .bind_hessian = bind_hessian,
-    .stable_step = stable_step_by_power,
+    .stable_step = stable_step,
 };

@@ -153,6 +153,9 @@ double spring_energy(const SpringKind *kind, double length) {
     if (stretch > 0.0 && kind->pushes) {
         return 0.0;
     }
+    if (stretch > 0.0 && kind->fifth > 0.0) {
+        return kind->fifth * pow(-d, 5.0);
+    }
     double line = fmin(d, kind->onset) * kind->rest;
     double energy = 0.5 * kind->stiffness * line * line;
     if (d > kind->onset) {
@@ -167,6 +170,10 @@ double spring_tension(const SpringKind *kind, double length, double *slope) {
     slope = slope ? slope : &unused;
     if (stretch > 0.0 && kind->pushes) {
         return *slope = 0.0;
+    }
+    if (stretch > 0.0 && kind->fifth > 0.0) {
+        *slope = 20.0 * kind->fifth / (kind->rest * kind->rest) * pow(-d, 3.0);
+        return 5.0 * kind->fifth / kind->rest * pow(-d, 4.0);
     }
     if (d <= kind->onset) {
         *slope = kind->stiffness + (-d > kind->limit ? kind->stiffen : 0.0);

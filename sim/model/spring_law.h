@@ -34,6 +34,7 @@ typedef struct SpringKind {
     double onset;         /* d where the strip takes over; INFINITY: never */
     double limit;         /* strain beyond which it stiffens; INFINITY: never */
     double stiffen;       /* [N/m] there, on top of the line */
+    double fifth;         /* [J] C0: stretched, C0 (l/L - 1)^5 instead of the line; 0: the line */
 } SpringKind;
 
 /* Finds the onset. law NULL: a line. */

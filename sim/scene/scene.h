@@ -108,6 +108,8 @@ typedef struct ClothDef {
     double stiffening;         /* of model springs beyond the fabric's stretch limit / modulus; 0 */
     double limit_rounds;       /* a step, of Provot's limit on springs (sim/step/limit.h); 0 */
     MembraneKind membrane;     /* of model triangles; auto */
+    bool fifth_power;          /* of model particles: how threads stretch in the paper; false */
+    bool repel;                /* of model particles: the paper's instead of contact; false */
 } ClothDef;
 
 typedef enum HandleKind {

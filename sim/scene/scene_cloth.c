@@ -16,6 +16,7 @@ static const char *const kinematics_words[] = {"green", "corotational", NULL};
 const char *const bending_words[] = {"auto",   "stencil", "rbf",   "choi_ko", "chord", "provot",
                                      "morley", "tensor",  "hinge", "angle",   "sine",  NULL};
 static const char *const membrane_words[] = {"auto", "pairs", "triangles", NULL};
+static const char *const thread_words[] = {"line", "breen", NULL};
 static const char *const buckle_words[] = {"elastica", "arc", "quartic", "none", NULL};
 
 typedef struct PolygonKeys {
@@ -248,6 +249,10 @@ static const Field cloth_fields[] = {
      .help = "how springs give way in compression"},
     {"membrane", FIELD_WORD, AT(membrane), .words = membrane_words,
      .help = "strain of triangles: of pairs (lattices), or of each"},
+    {"threads", FIELD_BOOL, AT(fifth_power), .words = thread_words,
+     .help = "particles: threads stretch along a line, or with the fifth power of the paper"},
+    {"repel", FIELD_BOOL, AT(repel),
+     .help = "particles keep a spacing apart, as in the paper; explicit; to compare with contact"},
     {"look", FIELD_NAME, AT(look), .min = 2, .help = "in the picture; default: that of the film"},
     {"print", FIELD_CUSTOM, AT(print), .group = &print_schema, .read = print_read,
      .print = print_print, .help = "a picture printed on the face"},

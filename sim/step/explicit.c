@@ -225,7 +225,8 @@ static void kick_scattered(Explicit *e, int c, const SweepKick *kick) {
             *v = (*v + (kick->dt * weight * force + kick->dt * push[a])) * kick->keep;
             square += *v * *v;
         }
-        e->damped += weight > 0.0 ? 0.5 * lost * e->system->mass[i] * square : 0.0;
+        bool counts = weight > 0.0 && !e->steer.held[i]; /* a handle's work is without it */
+        e->damped += counts ? 0.5 * lost * e->system->mass[i] * square : 0.0;
     }
 }
 
