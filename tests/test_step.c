@@ -74,6 +74,10 @@ static void test_energy(void **unused) {
         }
         CHECK_AT_MOST(most, bounded ? 1e-3 : 1e-4);
         CHECK_AT_MOST(-least, bounded ? 2e-3 : 1e-4);
+        if (!bounded) {
+            run_to(&r, 20.0);
+            CHECK_AT_MOST(fabs(total_energy(&r) - start), 3e-3); /* [J] */
+        }
         run_end(&r);
     }
     Run r;
