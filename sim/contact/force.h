@@ -92,8 +92,8 @@ static inline Vec3 contact_friction(Vec3 *bristle, Vec3 normal, Vec3 sliding, do
     return size2 > limit2 ? vec3_scale(limit / sqrt(size2), force) : force;
 }
 
-/* What meets a solid, of `mass`, by a law with this share of m / step^2, at its distance, with velocity v against it; `carried` is left to the
- * caller. */
+/* What meets a solid, of `mass`, at its distance, with velocity v against it, by a law of this share of
+ * m / step^2; `carried` is left to the caller. */
 static inline ContactForce contact_solid_force(double stiffness, double distance, double dhat,
                                                double mass, double mu, Vec3 normal, Vec3 v,
                                                double dt, double share, Vec3 *bristle) {
