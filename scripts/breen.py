@@ -18,6 +18,7 @@ PROMINENCES = (0.02, 0.03, 0.04, 0.05, 0.06)  # [m]
 
 def simulate(cloth, seed, folder):
     """The folder of a finished run."""
+    os.makedirs(folder, exist_ok=True)
     run = os.path.join(folder, f"{cloth}-{seed}.run")
     scene = os.path.join(ROOT, "assets", "scenes", f"breen-{cloth}.yaml")
     subprocess.run([TOILE, "sim", scene, "-o", run, "--seed", str(seed), "--quiet"], check=True)

@@ -28,7 +28,7 @@ still chiffon strain 80 --camera top --look strain-warp --show-scale --title "Si
 still chiffon tartan-splats 60 --camera flight --look tartan --surface splats
 still tablecloth gingham 33 --look gingham
 still tablecloth double-face 40 --look double-face
-still flag breton 75 --look breton
+still flag breton 54 --look breton
 still flag denim 50 --look denim
 still cape suiting 60 --look suiting
 still cape curvature 60 --look curvature
