@@ -46,7 +46,12 @@ static void fill_loop(TesterKind kind, const Fabric *f, const TesterLoop *l, Tes
 
 static bool run_loop(TesterKind kind, const Fabric *f, const char *model, Arena *arena,
                      TesterReport *r, Error *error) {
+    static const char *const columns[][TESTER_COLUMNS] = {
+        [TESTER_BENDING] = {"curvature [1/m]", "moment [N]", "fabric [N]"},
+        [TESTER_SHEAR] = {"angle [rad]", "force [N/m]", "fabric [N/m]"},
+        [TESTER_PICTURE] = {"angle [rad]", "force [N/m]", "crosshead [N]", "fabric [N/m]"}};
     bool bending = kind == TESTER_BENDING;
+    memcpy(r->columns, columns[kind], sizeof columns[kind]);
     double mean = 0.5 * (f->bend_warp.value + f->bend_weft.value);
     TesterLoop l;
     if (!tester_run(kind, f, model, kind == TESTER_PICTURE ? FRAME_STEPS : LOOP_STEPS, arena, &l,
@@ -71,26 +76,16 @@ static bool run_loop(TesterKind kind, const Fabric *f, const char *model, Arena 
 
 static bool run_bending(const Fabric *fabric, const char *model, Arena *arena, TesterReport *r,
                         Error *error) {
-    r->columns[0] = "curvature [1/m]";
-    r->columns[1] = "moment [N]";
-    r->columns[2] = "fabric [N]";
     return run_loop(TESTER_BENDING, fabric, model, arena, r, error);
 }
 
 static bool run_shear(const Fabric *fabric, const char *model, Arena *arena, TesterReport *r,
                       Error *error) {
-    r->columns[0] = "angle [rad]";
-    r->columns[1] = "force [N/m]";
-    r->columns[2] = "fabric [N/m]";
     return run_loop(TESTER_SHEAR, fabric, model, arena, r, error);
 }
 
 static bool run_picture(const Fabric *fabric, const char *model, Arena *arena, TesterReport *r,
                         Error *error) {
-    r->columns[0] = "angle [rad]";
-    r->columns[1] = "force [N/m]";
-    r->columns[2] = "crosshead [N]";
-    r->columns[3] = "fabric [N/m]";
     return run_loop(TESTER_PICTURE, fabric, model, arena, r, error);
 }
 
