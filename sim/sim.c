@@ -44,16 +44,11 @@ bool sim_create(Sim *sim, const Scene *scene, const SimOptions *options, Error *
         return give_up(sim);
     }
     for (int c = 0; c < sim->system.cloth_count && !sim->stepper->limits; c++) {
-        if (sim->system.cloths[c].spring_limit_count > 0) {
-            error_set(error, EXIT_BAD_INPUT, "%s: 'limit_rounds' needs the stepper central, not %s",
-                      scene->path, sim->stepper->name);
-            return give_up(sim);
-        }
-    }
-    for (int c = 0; c < sim->system.cloth_count && !sim->stepper->limits; c++) {
-        if (sim->system.cloths[c].def->repel) {
-            error_set(error, EXIT_BAD_INPUT, "%s: 'repel' needs the stepper central, not %s",
-                      scene->path, sim->stepper->name);
+        const Cloth *cloth = &sim->system.cloths[c];
+        if (cloth->spring_limit_count > 0 || cloth->def->repel) {
+            error_set(error, EXIT_BAD_INPUT, "%s: '%s' needs the stepper central, not %s",
+                      scene->path, cloth->def->repel ? "repel" : "limit_rounds",
+                      sim->stepper->name);
             return give_up(sim);
         }
     }

@@ -131,7 +131,8 @@ static bool say_why(const System *system, const Central *central, const State *s
     return error_set(error, EXIT_DIFFERS,
                      "%s: no step down to %.2g s keeps the energy from t = %g s on (it rose by "
                      "%.3g J more than the work done)",
-                     name, shortest, state->time, result->energy_gain - result->work);
+                     name, shortest, state->time,
+                     result->energy_gain - result->work - result->blown);
 }
 
 static void record(const System *system, const State *state, const ExplicitRun *run,

@@ -43,6 +43,7 @@ typedef struct ImplicitTime {
     BarrierReport contacts;   /* of the last trial */
     double contact_energy[2]; /* [J] at its start and end */
     double lost;              /* [J] in it: what it had and was given, and has not */
+    double drag;              /* [J] of that, by mass damping and air */
 } ImplicitTime;
 
 static bool create(const System *system, void **data, bool second_order, Error *error) {
@@ -225,8 +226,9 @@ static bool good(ImplicitTime *t, const System *system, const State *from, const
         system_kinetic_energy(system, to->v, t->held) + system_elastic_energy(system, to->x);
     *work = handle_work(t, system, from, to) + implicit_obstacle_work(t->implicit);
     t->lost = before + *work - after;
-    double blown = fmax(0.0, -drag_work(t, system, from, to));
-    return isfinite(after) && after - before <= *work + blown + STEP_ENERGY_TOLERANCE * scale +
+    t->drag = drag_work(t, system, from, to);
+    return isfinite(after) && after - before <= *work + fmax(0.0, -t->drag) +
+                                                    STEP_ENERGY_TOLERANCE * scale +
                                                     ENERGY_FLOOR * system->weight * system->size;
 }
 
@@ -273,11 +275,10 @@ static void accept(ImplicitTime *t, const System *system, State *state, double d
                    Statistics *statistics) {
     CHECK_LEGAL(t->implicit, state->x, t->trial.x);
     count_contacts(t, statistics);
-    double drag = drag_work(t, system, state, &t->trial);
     double friction = implicit_friction(t->implicit);
-    statistics->drag += drag;
+    statistics->drag += t->drag;
     statistics->friction += friction;
-    statistics->numerical += t->lost - drag - friction;
+    statistics->numerical += t->lost - t->drag - friction;
     size_t bytes = 3 * (size_t)system->place_count * sizeof(double);
     memcpy(t->trial.x_before, state->x, bytes);
     memcpy(t->trial.v_before, state->v, bytes);

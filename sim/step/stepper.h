@@ -14,7 +14,7 @@ typedef struct Stepper {
     const char *name, *about;
     bool implicit;     /* needs matrices */
     double sweep_cost; /* of a sweep over that of a step of `central`; 0: does no sweeps */
-    bool limits;       /* holds springs to their limit after each step; others refuse such cloth */
+    bool limits;       /* has springs with a limit, and `repel`; others refuse such cloth */
     bool history;      /* commits what cloth remembers, step by step; others refuse such cloth */
     /* Allocates what advance needs; *data is passed on. */
     bool (*create)(const System *system, void **data, Error *error);

@@ -74,10 +74,9 @@ typedef struct Statistics {
                                                zones and vertices in them, summed over steps */
     double friction, damping, guard, sides; /* [J] taken out of the cloth in the frame */
     double fabric, drag; /* [J] likewise: by damping inside the fabrics; of the mass and by air */
-    double
-        numerical;   /* [J] likewise: by the implicit step itself, whatever else is accounted for */
-    double approach; /* [m/s] fastest of a near pair */
-    double cpu;      /* [s] process time of the frame */
+    double numerical;    /* [J] likewise: by implicit steps themselves */
+    double approach;     /* [m/s] fastest of a near pair */
+    double cpu;          /* [s] process time of the frame */
     double seconds, contact_seconds, search_seconds; /* [s] of the clock: the frame, contact in it,
                                                         the lists in contact (explicit) */
 } Statistics;
