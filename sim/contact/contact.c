@@ -10,9 +10,8 @@
 #include "sim/contact/force.h"
 #include "sim/contact/impulses.h"
 
-#define TWIN_SPACE 4    /* places of the hash table per contact */
-#define COPY_GRAIN 2500 /* vertices, groups a thread takes at once, some 5 to 10 us */
-#define MOVE_GRAIN 100
+#define TWIN_SPACE 4   /* places of the hash table per contact */
+#define MOVE_GRAIN 100 /* groups a thread takes at once, some 5 to 10 us */
 #define MOST_ROUNDS 12 /* of shortening after searches; more speed needs more than one by rule */
 
 double contact_law(double d, double dhat, double k, double *force, double *curvature) {
@@ -114,6 +113,7 @@ Contact *contact_create(const ContactDef *def, Arena *arena) {
     c->pairs_wanted = def->self || c->places.meshes;
     c->mesh_target = arena_push(arena, double, 3 * (c->places.count - n));
     c->lists = lists_create(&c->surface, c->x, def->self, arena);
+    c->rows = motion_rows_create(&c->surface, n, arena);
     c->motion = arena_push(arena, GroupMotion, c->surface.group_count);
     index_groups(c, arena);
     c->v = arena_push(arena, double, 3 * c->places.count);
@@ -140,34 +140,12 @@ Contact *contact_create(const ContactDef *def, Arena *arena) {
 
 /* ---- shared by both kinds of contact ---- */
 
-typedef struct CopyJob {
-    const int *slot;
-    double *const *lanes; /* 3 */
-    double *out;          /* (vertices x 3) */
-} CopyJob;
-
-static void copy_chunk(int chunk, int first, int end, void *context) {
-    (void)chunk;
-    const CopyJob *job = context;
-    for (int i = first; i < end; i++) {
-        int slot = job->slot[i];
-        for (int a = 0; a < 3; a++) {
-            job->out[3 * i + a] = job->lanes[a][slot];
-        }
-    }
-}
-
-static void copy_lanes(const Contact *c, double *const lanes[3], double *out) {
-    CopyJob job = {c->view.slot, lanes, out};
-    parallel_for(c->def->vertex_count, COPY_GRAIN, copy_chunk, &job);
-}
-
 void contact_gather(Contact *c) {
     c->lists.stamp++;
-    copy_lanes(c, c->view.lanes->x, c->x);
+    motion_copy(&c->rows, c->view.lanes->x, c->x);
 }
 
-static void gather_velocities(Contact *c) { copy_lanes(c, c->view.lanes->v, c->v); }
+static void gather_velocities(Contact *c) { motion_copy(&c->rows, c->view.lanes->v, c->v); }
 
 void contact_clear_twins(Contact *c, int most) {
     for (int k = 0; k < c->twin_count; k++) {
@@ -274,18 +252,18 @@ static void move_group(Contact *c, int g) {
     c->motion[g] = (GroupMotion){middle, deviation, vec3_length(middle) + deviation};
 }
 
-static void move_chunk(int chunk, int first, int end, void *context) {
+static void other_chunk(int chunk, int first, int end, void *context) {
     (void)chunk;
     Contact *c = context;
-    for (int g = first; g < end; g++) {
-        if (!c->surface.panels[c->surface.groups[g].panel].still) {
-            move_group(c, g);
-        }
+    for (int k = first; k < end; k++) {
+        move_group(c, c->rows.others[k]);
     }
 }
 
+/* while velocities are those of the lanes */
 static void move_groups(Contact *c) {
-    parallel_for(c->surface.group_count, MOVE_GRAIN, move_chunk, c);
+    motion_bound(&c->rows, c->view.lanes->v, c->motion);
+    parallel_for(c->rows.other_count, MOVE_GRAIN, other_chunk, c);
 }
 
 void contact_move_changed_groups(Contact *c) {
@@ -332,6 +310,7 @@ static bool nothing_listed(const Contact *c) {
 void contact_begin(Contact *c, ContactView view, const ContactMemory *memory, double dt) {
     size_t o = (size_t)c->def->obstacle_count;
     c->view = view;
+    motion_rows_set(&c->rows, &c->surface, view.slot, c->def->vertex_count);
     memcpy(c->poses, memory->poses, o * sizeof *c->poses);
     memcpy(c->next, memory->poses, o * sizeof *c->next);
     memcpy(c->clocks, memory->clocks, o * sizeof *c->clocks);
@@ -509,7 +488,7 @@ static void guard_by_planes(Contact *c, double dt) {
             contact_shorten(c, i, 0.0);
         }
         apply_scales(c);
-        move_groups(c);
+        contact_move_changed_groups(c);
         if (self) {
             self_check(c, dt);
         }

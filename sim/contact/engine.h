@@ -5,16 +5,10 @@
 #include "sim/base/error.h"
 #include "sim/contact/constants.h"
 #include "sim/contact/contact.h"
+#include "sim/contact/motion.h"
 #include "sim/contact/places.h"
 #include "sim/contact/quiet.h"
 #include "sim/contact/resting.h"
-
-/* How a group moves in this step. */
-typedef struct GroupMotion {
-    Vec3 velocity;    /* [m/s] of its middle */
-    double deviation; /* [m/s] largest of any of its vertices from that */
-    double fastest;   /* [m/s] no vertex is faster */
-} GroupMotion;
 
 /* A pair that is near in this step, and its group pair. */
 typedef struct DuePair {
@@ -77,6 +71,7 @@ struct Contact {
     double *x, *v;           /* [m], [m/s] (places.count x 3) copied from the lanes: quicker to look
                                 up; v is that of now within the guard, else that before the kick */
     unsigned char *held;     /* (places.count) moved by a handle or a mesh's programme */
+    MotionRows rows;         /* where those lie in the lanes */
     GroupMotion *motion;     /* (group_count) */
     int *vertex_group_begin; /* (places.count + 1) */
     int *vertex_groups;      /* groups of every vertex */
