@@ -43,7 +43,7 @@ static void rig_create(Rig *r, bool wrap) {
         r->slot[i] = LANE_MARGIN + (1 + i / ACROSS) * stride + i % ACROSS;
     }
     for (int k = 0; k < 3 * r->lanes.slot_count; k++) {
-        r->lanes.v[k % 3][k / 3] = hash_random(7, (uint64_t)k) - 0.5;
+        r->lanes.v[k % 3][k / 3] = hash_random(7, (uint64_t)k);
     }
 }
 

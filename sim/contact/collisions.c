@@ -140,7 +140,7 @@ static void collide(Contact *c, const Strike *s, Answer *answer) {
 
 static void look_at_pair(Contact *c, const DuePair *due, double dt, Answer *answer) {
     const Pair *pair = &c->lists.pairs[due->pair];
-    double motion = c->lists.group_pairs[due->owner].speed * dt;
+    double motion = c->lists.paths.speed[due->owner] * dt;
     double room = pair->distance - core_of(pair->dhat, pair->distance);
     Strike s = {.count = 4};
     if (room > motion || !is_stale(c, pair->place, 4)) {

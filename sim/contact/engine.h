@@ -75,14 +75,15 @@ struct Contact {
     GroupMotion *motion;     /* (group_count) */
     int *vertex_group_begin; /* (places.count + 1) */
     int *vertex_groups;      /* groups of every vertex */
-    unsigned char *wanted;   /* (group_pair_room) group pairs to be searched */
-    int wanted_room;
+    int *wanted;             /* (wanted_count) group pairs to be searched */
+    int wanted_count, wanted_room;
     int *wanted_counts; /* of chunks of them */
     int *due_owners;    /* (due_owner_count) group pairs with pairs to be looked at */
-    int *due_counts;    /* of chunks of them */
     int *near_counts;   /* (due_owner_count) near pairs of each */
     int due_owner_count;
-    bool advanced;        /* wanted and due_owners are those of the paths of now */
+    bool foreseen;        /* paths.next is where the step that was asked about leads */
+    double foreseen_step; /* [s] of that step */
+    bool advanced;        /* wanted and the answers are those of the paths of now */
     int *near_pairs;      /* (due_room) those of each from its `begin` on */
     ContactForce *forces; /* (force_room) of the pairs or touches that push, one kind at a time */
     int force_room;

@@ -12,11 +12,14 @@
 
 Lists lists_create(const Surface *surface, const double *start, bool cloth_meets_cloth,
                    Arena *arena) {
+    static const PathKernel *const kernels[] = {&path_kernel_scalar, &path_kernel_sse2,
+                                                &path_kernel_avx2, &path_kernel_avx512};
     Lists l = {.surface = surface,
                .cloth_meets_cloth = cloth_meets_cloth,
                .width = vector_best(),
                .arena = arena,
                .stamp = 1};
+    l.path_kernel = kernels[l.width];
     l.slopes = arena_push(arena, GroupSlopes, surface->group_count);
     l.bounds = arena_push(arena, GroupBounds, surface->group_count);
     l.boxes = arena_push(arena, Box, surface->group_count);
@@ -175,6 +178,33 @@ static uint64_t pair_hash(int a, int b) {
     return hash_bytes(key, sizeof key);
 }
 
+static void grow_paths(PathRows *paths, int used, int room, Arena *arena) {
+    paths->ends = arena_grow(arena, PathEnds, paths->ends, used, room);
+    paths->path = arena_grow(arena, double, paths->path, used, room);
+    paths->next = arena_grow(arena, double, paths->next, used, room);
+    paths->limit = arena_grow(arena, double, paths->limit, used, room);
+    paths->near = arena_grow(arena, double, paths->near, used, room);
+    paths->speed = arena_grow(arena, double, paths->speed, used, room);
+    paths->earliest = arena_grow(arena, double, paths->earliest, used, room);
+    paths->flags = arena_grow(arena, unsigned char, paths->flags, used, room);
+}
+
+static void set_path(PathRows *paths, int i, PathEnds ends) {
+    paths->ends[i] = ends;
+    paths->path[i] = paths->next[i] = paths->speed[i] = 0.0;
+    paths->limit[i] = paths->near[i] = -1.0;
+    paths->earliest[i] = INFINITY;
+}
+
+/* what stays when the lists are made again */
+static void take_path(PathRows *paths, int i, const PathRows *old, int before) {
+    paths->path[i] = old->path[before];
+    paths->limit[i] = old->limit[before];
+    paths->near[i] = old->near[before];
+    paths->speed[i] = old->speed[before];
+    paths->earliest[i] = old->earliest[before];
+}
+
 static void add_group_pair(int a, int b, void *context) {
     Lists *l = context;
     bool mesh_a = panel_of(l, a)->obstacle, mesh_b = panel_of(l, b)->obstacle;
@@ -188,12 +218,15 @@ static void add_group_pair(int a, int b, void *context) {
         int old = l->group_pair_room, room = 2 * old + 4 * l->surface->group_count + 64;
         l->group_pairs = arena_grow(l->arena, GroupPair, l->group_pairs, old, room);
         l->old_group_pairs = arena_grow(l->arena, GroupPair, l->old_group_pairs, old, room);
+        grow_paths(&l->paths, old, room, l->arena);
+        grow_paths(&l->old_paths, old, room, l->arena);
         l->renumber = arena_grow(l->arena, int, l->renumber, old, room);
         l->searched = arena_push(l->arena, int, room);
         l->apart = arena_push(l->arena, double, room);
         l->group_pair_room = room;
     }
-    l->group_pairs[l->group_pair_count++] = (GroupPair){.a = a, .b = b, .limit = -1.0};
+    set_path(&l->paths, l->group_pair_count, (PathEnds){a, b});
+    l->group_pairs[l->group_pair_count++] = (GroupPair){0};
 }
 
 /* hash of the old group pairs: number + 1 */
@@ -208,7 +241,7 @@ static void index_old(Lists *l, int count) {
     }
     memset(l->slots, 0, (size_t)l->slot_count * sizeof *l->slots);
     for (int i = 0; i < count; i++) {
-        uint64_t at = pair_hash(l->old_group_pairs[i].a, l->old_group_pairs[i].b);
+        uint64_t at = pair_hash(l->old_paths.ends[i].a, l->old_paths.ends[i].b);
         while (l->slots[at & ((uint64_t)l->slot_count - 1)]) {
             at++;
         }
@@ -219,7 +252,7 @@ static void index_old(Lists *l, int count) {
 static int find_old(const Lists *l, int a, int b) {
     for (uint64_t at = pair_hash(a, b);; at++) {
         int i = l->slots[at & ((uint64_t)l->slot_count - 1)] - 1;
-        if (i < 0 || (l->old_group_pairs[i].a == a && l->old_group_pairs[i].b == b)) {
+        if (i < 0 || (l->old_paths.ends[i].a == a && l->old_paths.ends[i].b == b)) {
             return i;
         }
     }
@@ -228,7 +261,9 @@ static int find_old(const Lists *l, int a, int b) {
 void lists_remake(Lists *l, const Points *x, double least_reach) {
     int groups = l->surface->group_count, old_count = l->group_pair_count;
     GroupPair *old = l->group_pairs;
+    PathRows old_paths = l->paths;
     l->group_pairs = l->old_group_pairs, l->old_group_pairs = old;
+    l->paths = l->old_paths, l->old_paths = old_paths;
     l->group_pair_count = 0;
     double size = 0.0;
     int cloth_groups = 0;
@@ -251,12 +286,13 @@ void lists_remake(Lists *l, const Points *x, double least_reach) {
     index_old(l, old_count);
     memset(l->renumber, -1, (size_t)l->group_pair_room * sizeof *l->renumber);
     for (int i = 0; i < l->group_pair_count; i++) {
-        GroupPair *pair = &l->group_pairs[i];
-        int before = old_count > 0 ? find_old(l, pair->a, pair->b) : -1;
+        PathEnds ends = l->paths.ends[i];
+        int before = old_count > 0 ? find_old(l, ends.a, ends.b) : -1;
         if (before >= 0) {
-            *pair = l->old_group_pairs[before];
+            l->group_pairs[i] = l->old_group_pairs[before];
+            take_path(&l->paths, i, &l->old_paths, before);
             l->renumber[before] = i;
-            l->widest = max2(l->widest, pair->near);
+            l->widest = max2(l->widest, l->paths.near[i]);
         }
     }
     for (int i = 0; i < old_count; i++) {
@@ -293,24 +329,22 @@ static void take_found(Lists *l, int chunks, int searched) {
     }
     for (int k = 0; k < searched; k++) {
         GroupPair *pair = &l->group_pairs[l->searched[k]];
-        l->widest = max2(l->widest, pair->near);
+        l->widest = max2(l->widest, l->paths.near[l->searched[k]]);
         pair->begin = end;
         end += pair->count;
         l->pair_count += pair->count;
     }
 }
 
-void lists_query(Lists *l, const Points *x, const unsigned char *wanted, double dt) {
-    int searched = 0;
-    for (int i = 0; i < l->group_pair_count; i++) {
-        if (wanted[i]) {
-            l->searched[searched++] = i;
-            if (l->group_pairs[i].count > 0) {
-                drop_block(l, &l->group_pairs[i]);
-            }
+void lists_query(Lists *l, const Points *x, const int *wanted, int count, double dt) {
+    for (int k = 0; k < count; k++) {
+        l->searched[k] = wanted[k];
+        l->paths.earliest[wanted[k]] = INFINITY;
+        if (l->group_pairs[wanted[k]].count > 0) {
+            drop_block(l, &l->group_pairs[wanted[k]]);
         }
     }
-    take_found(l, search_pairs(l, x, searched, dt), searched);
+    take_found(l, search_pairs(l, x, count, dt), count);
     if (l->pair_end > 2 * l->pair_count + LEAST_HOLES) {
         pack_blocks(l);
     }

@@ -17,15 +17,10 @@
 
 #include "sim/base/vector.h"
 #include "sim/contact/flatness.h"
+#include "sim/contact/paths.h"
 
-/* One cache line: every step reads all of them. */
+/* More of it is in rows (paths.h). */
 typedef struct GroupPair {
-    int a, b;           /* a <= b */
-    double path;        /* [m] relative motion since it was made */
-    double limit;       /* [m] path until which its pairs are complete */
-    double near;        /* [m] */
-    double speed;       /* [m/s] bound of the relative speed in this step */
-    double earliest;    /* [m] path at which the first of its pairs must be looked at */
     int begin, count;   /* its pairs */
     unsigned evaluated; /* stamp at which they were looked at last */
     bool dense;         /* many were found: the next search reaches less far */
@@ -74,6 +69,7 @@ typedef struct Lists {
     const Surface *surface;
     bool cloth_meets_cloth;
     VectorWidth width; /* of the code that pairs are evaluated with */
+    const PathKernel *path_kernel;
     Arena *arena;
     BoxTree tree;
     GroupBounds *bounds; /* (group_count) */
@@ -81,6 +77,7 @@ typedef struct Lists {
     Box *boxes;          /* (group_count) */
     unsigned stamp;      /* changes when positions change */
     GroupPair *group_pairs, *old_group_pairs;
+    PathRows paths, old_paths; /* (group_pair_room) of those */
     int group_pair_count, group_pair_room;
     int *renumber; /* (group_pair_room) */
     int *searched; /* (group_pair_room) group pairs of this search */
@@ -111,8 +108,8 @@ void lists_clear(Lists *lists, const PairMemory *memory, int memory_count);
 /* Level 1. Group pairs that stay keep their pairs. `least_reach` [m]: what near and slack need. */
 void lists_remake(Lists *lists, const Points *x, double least_reach);
 
-/* Level 2 for every group pair with wanted[i] != 0: near and slack [m] from its speed and dt. */
-void lists_query(Lists *lists, const Points *x, const unsigned char *wanted, double dt);
+/* Level 2 for these group pairs, in rising order: near and slack [m] from their speeds and dt. */
+void lists_query(Lists *lists, const Points *x, const int *wanted, int count, double dt);
 
 /* Closest points of a pair. */
 void pair_evaluate(const Points *points, Pair *pair);

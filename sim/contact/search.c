@@ -137,10 +137,10 @@ static void search_edges(const Search *s, const SurfaceCell *a, const CellBoxes 
     }
 }
 
-static void search_pair(const Search *s, const GroupPair *pair) {
+static void search_pair(const Search *s, int first, int second) {
     const Lists *l = s->lists;
-    const SurfaceGroup *a = &l->surface->groups[pair->a], *b = &l->surface->groups[pair->b];
-    const GroupBounds *in_a = &l->bounds[pair->a], *in_b = &l->bounds[pair->b];
+    const SurfaceGroup *a = &l->surface->groups[first], *b = &l->surface->groups[second];
+    const GroupBounds *in_a = &l->bounds[first], *in_b = &l->bounds[second];
     CellBoxes boxes_a[SURFACE_GROUP_CELLS], boxes_b[SURFACE_GROUP_CELLS];
     for (int k = 0; k < SURFACE_GROUP_CELLS; k++) {
         boxes_a[k].known = boxes_b[k].known = false;
@@ -150,7 +150,7 @@ static void search_pair(const Search *s, const GroupPair *pair) {
         if (!box_near(box, &in_b->all, s->reach)) {
             continue;
         }
-        for (int j = pair->a == pair->b ? i : b->cell_begin; j < b->cell_end; j++) {
+        for (int j = first == second ? i : b->cell_begin; j < b->cell_end; j++) {
             const SurfaceCell *p = &l->surface->cells[i], *q = &l->surface->cells[j];
             const Box *other = &in_b->cell[j - b->cell_begin];
             if (!box_near(box, other, s->reach)) {
@@ -205,13 +205,13 @@ static const SurfacePanel *panel_of(const Lists *l, int g) {
     return &l->surface->panels[l->surface->groups[g].panel];
 }
 
-static double dhat_of(const Lists *l, const GroupPair *pair) {
-    return 0.5 * (panel_of(l, pair->a)->distance + panel_of(l, pair->b)->distance);
+static double dhat_of(const Lists *l, PathEnds ends) {
+    return 0.5 * (panel_of(l, ends.a)->distance + panel_of(l, ends.b)->distance);
 }
 
 /* [m] beyond it a group pair needs no pairs */
-static double enough(const Lists *l, const GroupPair *pair) {
-    return pair->near + CONTACT_LEAST_SLACK * dhat_of(l, pair);
+static double enough(const Lists *l, int i) {
+    return l->paths.near[i] + CONTACT_LEAST_SLACK * dhat_of(l, l->paths.ends[i]);
 }
 
 /* how near, and how flat: a bound of the distance into l->apart; slopes are known */
@@ -220,25 +220,28 @@ static void judge_chunk(int chunk, int first, int end, void *context) {
     const SearchJob *job = context;
     Lists *l = job->lists;
     for (int k = first; k < end; k++) {
-        GroupPair *pair = &l->group_pairs[l->searched[k]];
-        pair->near = max2(dhat_of(l, pair), CONTACT_NEAR_STEPS * pair->speed * job->dt);
-        l->apart[k] = flatness_distance(l->surface, l->slopes, pair->a, pair->b);
+        int i = l->searched[k];
+        PathEnds ends = l->paths.ends[i];
+        l->paths.near[i] = max2(dhat_of(l, ends), CONTACT_NEAR_STEPS * l->paths.speed[i] * job->dt);
+        l->apart[k] = flatness_distance(l->surface, l->slopes, ends.a, ends.b);
     }
 }
 
 static void search_one(const SearchJob *job, int k, Found *found, PairBatch *batch) {
     Lists *l = job->lists;
-    GroupPair *pair = &l->group_pairs[l->searched[k]];
-    const SurfacePanel *of_a = panel_of(l, pair->a), *of_b = panel_of(l, pair->b);
-    double dhat = dhat_of(l, pair), step = pair->speed * job->dt;
+    int i = l->searched[k], a = l->paths.ends[i].a, b = l->paths.ends[i].b;
+    GroupPair *pair = &l->group_pairs[i];
+    const SurfacePanel *of_a = panel_of(l, a), *of_b = panel_of(l, b);
+    double path = l->paths.path[i], near = l->paths.near[i];
+    double dhat = dhat_of(l, l->paths.ends[i]), step = l->paths.speed[i] * job->dt;
     double most = max2(CONTACT_LEAST_SLACK * dhat, CONTACT_LONG_SLACK * of_a->h1);
     double slack = min2(most, max2(CONTACT_LEAST_SLACK * dhat, CONTACT_SLACK_STEPS * step));
     double apart = l->apart[k];
-    if (apart <= enough(l, pair) && pair->a != pair->b) {
-        apart = box_distance(&l->bounds[pair->a].all, &l->bounds[pair->b].all);
+    if (apart <= enough(l, i) && a != b) {
+        apart = box_distance(&l->bounds[a].all, &l->bounds[b].all);
     }
-    if (apart > enough(l, pair)) {
-        pair->limit = pair->path + apart - pair->near;
+    if (apart > enough(l, i)) {
+        l->paths.limit[i] = path + apart - near;
         return;
     }
     double longest = pair->dense ? slack : max2(slack, min2(most, CONTACT_LONG_SLACK_STEPS * step));
@@ -246,26 +249,27 @@ static void search_one(const SearchJob *job, int k, Found *found, PairBatch *bat
                      .found = found,
                      .x = job->x,
                      .batch = batch,
-                     .path = pair->path,
-                     .reach = pair->near + longest,
-                     .near = pair->near,
+                     .path = path,
+                     .reach = near + longest,
+                     .near = near,
                      .dhat = dhat,
                      .scattered = of_a == of_b && of_a->nu == 0 ? of_a : NULL};
     int first = found->count;
-    search_pair(&search, pair);
+    search_pair(&search, a, b);
     pair_batch_end(batch);
     if (found->full) {
         return;
     }
     keep_within_reach(&search, first);
     pair->dense = found->count - first > CONTACT_FEW_PAIRS;
-    pair->limit = pair->path + trim_pairs(found, first, pair->near, slack, longest);
+    l->paths.limit[i] = path + trim_pairs(found, first, near, slack, longest);
     pair->count = found->count - first;
     pair->evaluated = l->stamp;
-    pair->earliest = INFINITY;
+    double earliest = INFINITY;
     for (int p = first; p < found->count; p++) {
-        pair->earliest = min2(pair->earliest, found->due[p]);
+        earliest = min2(earliest, found->due[p]);
     }
+    l->paths.earliest[i] = earliest;
 }
 
 static void search_chunk(int chunk, int first, int end, void *context) {
@@ -335,8 +339,8 @@ static void find_slopes(SearchJob *job, int searched) {
     Lists *l = job->lists;
     int count = 0;
     for (int k = 0; k < searched; k++) {
-        const GroupPair *pair = &l->group_pairs[l->searched[k]];
-        int group[4], groups = flatness_groups(l->surface, pair->a, pair->b, group);
+        PathEnds ends = l->paths.ends[l->searched[k]];
+        int group[4], groups = flatness_groups(l->surface, ends.a, ends.b, group);
         for (int m = 0; m < groups; m++) {
             if (l->slopes[group[m]].stamp != l->stamp) {
                 l->slopes[group[m]].stamp = l->stamp;
@@ -351,10 +355,9 @@ static void find_bounds(SearchJob *job, int searched) {
     Lists *l = job->lists;
     int count = 0;
     for (int k = 0; k < searched; k++) {
-        const GroupPair *pair = &l->group_pairs[l->searched[k]];
-        if (l->apart[k] <= enough(l, pair)) {
-            count = mark_bounds(l, pair->a, count);
-            count = mark_bounds(l, pair->b, count);
+        if (l->apart[k] <= enough(l, l->searched[k])) {
+            count = mark_bounds(l, l->paths.ends[l->searched[k]].a, count);
+            count = mark_bounds(l, l->paths.ends[l->searched[k]].b, count);
         }
     }
     bound_marked(job, count);

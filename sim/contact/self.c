@@ -1,5 +1,6 @@
 /* self.c: contact of cloth with cloth on the explicit road (explicit.md 3, 4, 10.4). */
 #include <math.h>
+#include <stdint.h>
 #include <string.h>
 
 #include "sim/base/clock.h"
@@ -10,11 +11,6 @@
 /* what a thread takes at once, some 10 us: group pairs to be asked, to be evaluated */
 #define OWNER_GRAIN 1000
 #define BLOCK_GRAIN 16
-
-static inline double relative_speed(const GroupMotion *motion, const GroupPair *pair) {
-    const GroupMotion *a = &motion[pair->a], *b = &motion[pair->b];
-    return vec3_length(vec3_sub(a->velocity, b->velocity)) + a->deviation + b->deviation;
-}
 
 /* [m/s] fastest motion of any group relative to the mean of the cloth */
 static double fastest_group(const Contact *c) {
@@ -42,119 +38,84 @@ static double fastest_group(const Contact *c) {
 static void make_room(Contact *c) {
     if (c->wanted_room < c->lists.group_pair_room) {
         c->wanted_room = c->lists.group_pair_room;
-        c->wanted = arena_push(c->arena, unsigned char, c->wanted_room);
-        c->wanted_counts =
-            arena_push(c->arena, int, parallel_chunk_count(c->wanted_room, OWNER_GRAIN));
-        c->due_counts =
-            arena_push(c->arena, int, parallel_chunk_count(c->wanted_room, OWNER_GRAIN));
+        int chunks = parallel_chunk_count(c->wanted_room, OWNER_GRAIN);
+        c->wanted = arena_push(c->arena, int, c->wanted_room);
+        c->wanted_counts = arena_push(c->arena, int, chunks);
         c->due_owners = arena_push(c->arena, int, c->wanted_room);
         c->near_counts = arena_push(c->arena, int, c->wanted_room);
     }
 }
 
+/* A question about all group pairs (paths.h). */
+typedef enum Question { OUTGROWN, OUTRUN, ADVANCED, FORESEEN } Question;
+
 typedef struct OwnerJob {
     Contact *c;
+    Question question;
     double dt;
 } OwnerJob;
 
-/* must a group pair be searched? May take its speed */
-typedef bool Wants(const GroupMotion *motion, GroupPair *pair, double dt);
-
-/* inline, once for each question: a call for each pair costs as much as the answer */
-static inline void ask(int chunk, int first, int end, const OwnerJob *job, Wants *wants) {
-    Contact *c = job->c;
-    GroupPair *pairs = c->lists.group_pairs;
-    unsigned char *wanted = c->wanted;
+/* those of first .. end - 1 with that flag, in order; returns how many */
+static int collect(const unsigned char *flags, int first, int end, unsigned char flag, int *found) {
     int count = 0;
-    double dt = job->dt;
-    for (int i = first; i < end; i++) {
-        bool wants_it = wants(c->motion, &pairs[i], dt);
-        wanted[i] = wants_it;
-        count += wants_it;
-    }
-    c->wanted_counts[chunk] = count;
-}
-
-static inline bool outgrows_list(const GroupMotion *motion, GroupPair *pair, double dt) {
-    pair->speed = relative_speed(motion, pair);
-    return CONTACT_LEAST_NEAR_STEPS * pair->speed * dt > pair->near || pair->limit < 0.0;
-}
-
-static inline bool outruns_planes(const GroupMotion *motion, GroupPair *pair, double dt) {
-    pair->speed = relative_speed(motion, pair);
-    return pair->speed * dt > CONTACT_PLANE_SHARE * pair->near;
-}
-
-static inline bool is_new(const GroupMotion *motion, GroupPair *pair, double dt) {
-    (void)dt;
-    pair->speed = relative_speed(motion, pair);
-    return true;
-}
-
-static void ask_outgrown(int chunk, int first, int end, void *context) {
-    ask(chunk, first, end, context, outgrows_list);
-}
-
-static void ask_outrun(int chunk, int first, int end, void *context) {
-    ask(chunk, first, end, context, outruns_planes);
-}
-
-static void ask_new(int chunk, int first, int end, void *context) {
-    ask(chunk, first, end, context, is_new);
-}
-
-static int count_wanted(const Contact *c) {
-    int count = 0;
-    for (int k = 0; k < parallel_chunk_count(c->lists.group_pair_count, OWNER_GRAIN); k++) {
-        count += c->wanted_counts[k];
+    for (int i = first; i < end; i += 8) {
+        uint64_t hits = 0;
+        memcpy(&hits, flags + i, end - i < 8 ? (size_t)(end - i) : 8);
+        for (hits &= flag * 0x0101010101010101U; hits != 0; hits &= hits - 1) {
+            found[count++] = i + __builtin_ctzll(hits) / 8; /* the first byte is the lowest */
+        }
     }
     return count;
 }
 
-/* asks all group pairs, into c->wanted; returns how many must */
-static int ask_all(Contact *c, ParallelBody *question, double dt) {
-    OwnerJob job = {c, dt};
-    parallel_for(c->lists.group_pair_count, OWNER_GRAIN, question, &job);
-    return count_wanted(c);
-}
-
-static void advance_chunk(int chunk, int first, int end, void *context) {
+static void ask_chunk(int chunk, int first, int end, void *context) {
     const OwnerJob *job = context;
     Contact *c = job->c;
-    GroupPair *pairs = c->lists.group_pairs;
-    unsigned char *wanted = c->wanted;
-    int spent = 0, due = 0, *due_owners = c->due_owners + first;
-    double dt = job->dt;
-    for (int i = first; i < end; i++) {
-        double path = pairs[i].path + pairs[i].speed * dt;
-        bool is_spent = path > pairs[i].limit;
-        pairs[i].path = path;
-        wanted[i] = is_spent;
-        spent += is_spent;
-        due_owners[due] = i;
-        due += pairs[i].count > 0 && path >= pairs[i].earliest;
+    const PathRows *paths = &c->lists.paths;
+    const PathKernel *kernel = c->lists.path_kernel;
+    unsigned char wanted = PATH_SPENT;
+    if (job->question == OUTGROWN) {
+        kernel->outgrown(paths, c->motion, first, end, job->dt);
+        wanted = PATH_WANTED;
+    } else if (job->question == OUTRUN) {
+        kernel->outrun(paths, c->motion, first, end, job->dt);
+        wanted = PATH_WANTED;
+    } else if (job->question == ADVANCED) {
+        kernel->advance(paths, first, end, job->dt);
     }
-    c->wanted_counts[chunk] = spent;
-    c->due_counts[chunk] = due;
+    c->wanted_counts[chunk] = collect(paths->flags, first, end, wanted, c->wanted + first);
 }
 
-/* Moves all paths on by a step of dt (0: none), and finds in the same pass which group pairs spent
- * theirs (c->wanted) and which have pairs to be looked at (c->due_owners). */
-static void advance(Contact *c, double dt) {
-    OwnerJob job = {c, dt};
+/* c->wanted: those of which the answer is yes */
+static void ask_all(Contact *c, Question question, double dt) {
+    OwnerJob job = {c, question, dt};
     int all = c->lists.group_pair_count;
-    parallel_for(all, OWNER_GRAIN, advance_chunk, &job);
-    c->due_owner_count = parallel_close_up(c->due_owners, c->due_counts, all, OWNER_GRAIN);
+    parallel_for(all, OWNER_GRAIN, ask_chunk, &job);
+    c->wanted_count = parallel_close_up(c->wanted, c->wanted_counts, all, OWNER_GRAIN);
+    c->foreseen = question == OUTGROWN || question == OUTRUN;
+    c->foreseen_step = dt;
+    c->advanced = false;
+}
+
+/* Moves all paths on by a step of dt (0: none), and finds which group pairs spent theirs (c->wanted) and
+ * which have pairs to be looked at: mostly the last question foresaw it. */
+static void advance(Contact *c, double dt) {
+    PathRows *paths = &c->lists.paths;
+    ask_all(c, c->foreseen && c->foreseen_step == dt ? FORESEEN : ADVANCED, dt);
+    double *before = paths->path;
+    paths->path = paths->next;
+    paths->next = before;
     c->advanced = true;
 }
 
 /* the pairs of one group pair that are due by its path and may be near: into the batch */
-static void choose_pairs(Contact *c, const Points *x, const GroupPair *owner, PairBatch *batch) {
+static void choose_pairs(Contact *c, const Points *x, int index, PairBatch *batch) {
     Lists *l = &c->lists;
-    double near = owner->near;
+    const GroupPair *owner = &l->group_pairs[index];
+    double near = l->paths.near[index], path = l->paths.path[index];
     int *due = c->near_pairs + owner->begin, count = 0;
     for (int p = owner->begin; p < owner->begin + owner->count; p++) {
-        if (owner->path >= l->due[p]) {
+        if (path >= l->due[p]) {
             contact_fetch(&l->pairs[p].distance);
             due[count++] = p;
         }
@@ -166,7 +127,7 @@ static void choose_pairs(Contact *c, const Points *x, const GroupPair *owner, Pa
         if (bound <= near) {
             pair_batch_add(batch, x, pair);
         } else {
-            l->due[p] = owner->path + bound - near;
+            l->due[p] = path + bound - near;
             pair->bristle = vec3(0, 0, 0);
         }
     }
@@ -174,14 +135,15 @@ static void choose_pairs(Contact *c, const Points *x, const GroupPair *owner, Pa
 
 /* ... after the batch; those that are near into c->near_pairs from owner->begin on. Returns their
  * number. */
-static int keep_near(Contact *c, GroupPair *owner) {
+static int keep_near(Contact *c, int index) {
     Lists *l = &c->lists;
-    double near = owner->near, earliest = INFINITY;
+    GroupPair *owner = &l->group_pairs[index];
+    double near = l->paths.near[index], path = l->paths.path[index], earliest = INFINITY;
     int *found = c->near_pairs + owner->begin, count = 0;
     for (int p = owner->begin; p < owner->begin + owner->count; p++) {
-        if (owner->path >= l->due[p]) {
+        if (path >= l->due[p]) {
             Pair *pair = &l->pairs[p];
-            l->due[p] = owner->path + pair->distance - near;
+            l->due[p] = path + pair->distance - near;
             if (pair->distance <= near) {
                 found[count++] = p;
             } else {
@@ -190,7 +152,7 @@ static int keep_near(Contact *c, GroupPair *owner) {
         }
         earliest = min2(earliest, l->due[p]);
     }
-    owner->earliest = earliest;
+    l->paths.earliest[index] = earliest;
     owner->evaluated = l->stamp;
     return count;
 }
@@ -203,14 +165,13 @@ static void evaluate_chunk(int chunk, int first, int end, void *context) {
     PairBatch batch;
     pair_batch_begin(&batch, l->width);
     for (int k = first; k < end; k++) {
-        const GroupPair *owner = &l->group_pairs[c->due_owners[k]];
-        if (owner->evaluated != l->stamp) {
-            choose_pairs(c, &x, owner, &batch);
+        if (l->group_pairs[c->due_owners[k]].evaluated != l->stamp) {
+            choose_pairs(c, &x, c->due_owners[k], &batch);
         }
     }
     pair_batch_end(&batch);
     for (int k = first; k < end; k++) {
-        c->near_counts[k] = keep_near(c, &l->group_pairs[c->due_owners[k]]);
+        c->near_counts[k] = keep_near(c, c->due_owners[k]);
     }
 }
 
@@ -221,6 +182,7 @@ static void evaluate(Contact *c) {
         advance(c, 0.0);
     }
     c->advanced = false;
+    c->due_owner_count = collect(l->paths.flags, 0, l->group_pair_count, PATH_DUE, c->due_owners);
     if (c->due_room < l->pair_room) {
         c->due_room = l->pair_room;
         c->due_pairs = arena_push(c->arena, DuePair, c->due_room);
@@ -239,12 +201,17 @@ static void evaluate(Contact *c) {
     c->statistics.pairs += l->pair_count;
 }
 
-/* searches every group pair whose `wanted` is set; what is evaluated stays valid */
+/* searches the wanted group pairs; what is evaluated stays valid */
 static void search(Contact *c, double dt) {
     Points x = contact_positions(c);
+    const PathRows *paths = &c->lists.paths;
     double start = clock_seconds();
-    lists_query(&c->lists, &x, c->wanted, dt);
-    c->advanced = false;
+    lists_query(&c->lists, &x, c->wanted, c->wanted_count, dt);
+    c->foreseen = false;
+    for (int k = 0; k < c->wanted_count && c->advanced; k++) { /* answers of now */
+        int i = c->wanted[k];
+        paths->flags[i] = paths->path[i] >= paths->earliest[i] ? PATH_DUE : 0;
+    }
     c->statistics.search_seconds += clock_seconds() - start;
     c->statistics.rebuilds++;
     evaluate(c);
@@ -256,6 +223,7 @@ static void remake(Contact *c, double dt) {
     double least = c->def->distance * (1.0 + CONTACT_LEAST_SLACK) +
                    (CONTACT_NEAR_STEPS + CONTACT_SLACK_STEPS) * fastest;
     lists_remake(&c->lists, &x, least);
+    c->advanced = false;
     make_room(c);
 }
 
@@ -263,7 +231,7 @@ void self_begin(Contact *c, double dt) {
     Lists *l = &c->lists;
     l->stamp++;
     remake(c, dt);
-    ask_all(c, ask_new, dt);
+    ask_all(c, OUTGROWN, dt); /* all of them are new */
     search(c, dt);
 }
 
@@ -369,7 +337,7 @@ void self_find(Contact *c, double dt) {
     if (!c->advanced) {
         advance(c, 0.0);
     }
-    if (count_wanted(c) > 0) {
+    if (c->wanted_count > 0) {
         search(c, dt);
     } else {
         evaluate(c);
@@ -435,7 +403,8 @@ void self_refresh(Contact *c, double dt) {
     if (remade) {
         remake(c, dt);
     }
-    if (ask_all(c, ask_outgrown, dt) > 0 || remade) {
+    ask_all(c, OUTGROWN, dt);
+    if (c->wanted_count > 0 || remade) {
         search(c, dt);
     }
     c->level_step = step;
@@ -454,7 +423,7 @@ void self_impulses(Contact *c, double dt) {
     int count = 0;
     for (int k = 0; k < c->due_count; k++) {
         const Pair *pair = &l->pairs[c->due_pairs[k].pair];
-        double motion = CONTACT_IMPULSE_RESERVE * dt * l->group_pairs[c->due_pairs[k].owner].speed;
+        double motion = CONTACT_IMPULSE_RESERVE * dt * l->paths.speed[c->due_pairs[k].owner];
         if (pair->distance - CONTACT_IMPULSE_GAP * pair->dhat < motion) {
             c->tight[count++] = c->due_pairs[k].pair;
         }
@@ -506,10 +475,10 @@ static void pair_shorten(Contact *c, const Points *x, const Pair *pair, double d
 void self_shorten(Contact *c, double dt) {
     Points x = contact_positions(c);
     for (int k = 0; k < c->due_count; k++) {
-        const GroupPair *owner = &c->lists.group_pairs[c->due_pairs[k].owner];
+        PathEnds owner = c->lists.paths.ends[c->due_pairs[k].owner];
         const Pair *pair = &c->lists.pairs[c->due_pairs[k].pair];
         double least = 0.5 * pair->distance - CONTACT_PLANE_FLOOR * pair->dhat;
-        double motion = dt * max2(c->motion[owner->a].fastest, c->motion[owner->b].fastest);
+        double motion = dt * max2(c->motion[owner.a].fastest, c->motion[owner.b].fastest);
         if (motion > CONTACT_PLANE_SHARE * least) { /* no vertex is nearer to the plane */
             if (pair_obstacle(c, pair) < 0) {
                 pair_shorten(c, &x, pair, dt);
@@ -522,7 +491,8 @@ void self_shorten(Contact *c, double dt) {
 
 bool self_check(Contact *c, double dt) {
     c->level_step = max2(c->level_step, 2.0 * fastest_group(c) * dt);
-    bool again = ask_all(c, ask_outrun, dt) > 0;
+    ask_all(c, OUTRUN, dt);
+    bool again = c->wanted_count > 0;
     if (again) {
         search(c, dt);
     }

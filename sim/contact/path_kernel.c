@@ -1,0 +1,104 @@
+/* path_kernel.c: the row loops of paths.h. Compiled once per vector width (see the Makefile). */
+#include "sim/contact/constants.h"
+#include "sim/contact/paths.h"
+
+#define BATCH 128 /* group pairs whose motions are looked up at once */
+
+/* How two groups move against each other, number by number. */
+typedef struct Meeting {
+    double square[BATCH];                          /* [m2/s2] of their middles */
+    double deviation_a[BATCH], deviation_b[BATCH]; /* [m/s] */
+} Meeting;
+
+static void look_up(const PathEnds *ends, const GroupMotion *motion, int count, Meeting *meeting) {
+    for (int k = 0; k < count; k++) {
+        const GroupMotion *a = &motion[ends[k].a], *b = &motion[ends[k].b];
+        Vec3 apart = vec3_sub(a->velocity, b->velocity);
+        meeting->square[k] = vec3_dot(apart, apart);
+        meeting->deviation_a[k] = a->deviation;
+        meeting->deviation_b[k] = b->deviation;
+    }
+}
+
+/* Rows from one group pair on. */
+typedef struct Batch {
+    const double *restrict path, *restrict limit, *restrict near, *restrict earliest;
+    double *restrict speed, *restrict next;
+} Batch;
+
+static inline Batch batch_at(const PathRows *rows, int first) {
+    return (Batch){rows->path + first,     rows->limit + first, rows->near + first,
+                   rows->earliest + first, rows->speed + first, rows->next + first};
+}
+
+/* as a number: bytes among them would make vectors of bytes */
+static inline double answer(double next, double limit, double earliest) {
+    double spent = next > limit ? PATH_SPENT : 0.0, due = next >= earliest ? PATH_DUE : 0.0;
+    return spent + due;
+}
+
+static inline void write_flags(unsigned char *restrict flags, const double *restrict answers,
+                               int count) {
+    VECTOR_LOOP
+    for (int k = 0; k < count; k++) {
+        flags[k] = (unsigned char)(int)answers[k];
+    }
+}
+
+static void outgrown(const PathRows *rows, const GroupMotion *motion, int first, int end,
+                     double dt) {
+    Meeting m;
+    double answers[BATCH];
+    for (int at = first; at < end; at += BATCH) {
+        int count = end - at < BATCH ? end - at : BATCH;
+        Batch b = batch_at(rows, at);
+        look_up(rows->ends + at, motion, count, &m);
+        VECTOR_LOOP
+        for (int k = 0; k < count; k++) {
+            double speed = __builtin_sqrt(m.square[k]) + m.deviation_a[k] + m.deviation_b[k];
+            double next = b.path[k] + speed * dt;
+            double wanted = CONTACT_LEAST_NEAR_STEPS * speed * dt > b.near[k] ? PATH_WANTED : 0.0;
+            b.speed[k] = speed;
+            b.next[k] = next;
+            answers[k] = wanted + answer(next, b.limit[k], b.earliest[k]);
+        }
+        write_flags(rows->flags + at, answers, count);
+    }
+}
+
+static void outrun(const PathRows *rows, const GroupMotion *motion, int first, int end, double dt) {
+    Meeting m;
+    double answers[BATCH];
+    for (int at = first; at < end; at += BATCH) {
+        int count = end - at < BATCH ? end - at : BATCH;
+        Batch b = batch_at(rows, at);
+        look_up(rows->ends + at, motion, count, &m);
+        VECTOR_LOOP
+        for (int k = 0; k < count; k++) {
+            double speed = __builtin_sqrt(m.square[k]) + m.deviation_a[k] + m.deviation_b[k];
+            double next = b.path[k] + speed * dt;
+            double wanted = speed * dt > CONTACT_PLANE_SHARE * b.near[k] ? PATH_WANTED : 0.0;
+            b.speed[k] = speed;
+            b.next[k] = next;
+            answers[k] = wanted + answer(next, b.limit[k], b.earliest[k]);
+        }
+        write_flags(rows->flags + at, answers, count);
+    }
+}
+
+static void advance(const PathRows *rows, int first, int end, double dt) {
+    double answers[BATCH];
+    for (int at = first; at < end; at += BATCH) {
+        int count = end - at < BATCH ? end - at : BATCH;
+        Batch b = batch_at(rows, at);
+        VECTOR_LOOP
+        for (int k = 0; k < count; k++) {
+            double next = b.path[k] + b.speed[k] * dt;
+            b.next[k] = next;
+            answers[k] = answer(next, b.limit[k], b.earliest[k]);
+        }
+        write_flags(rows->flags + at, answers, count);
+    }
+}
+
+const PathKernel VECTOR_JOIN(path_kernel_, VECTOR_VARIANT) = {outgrown, outrun, advance};

@@ -1,0 +1,46 @@
+/* paths.h: the relative paths of all group pairs (lists.h) as one row per number. Every step asks all of
+ * them, so that is done by row loops that vectorise; the same bits for every width. */
+#ifndef TOILE_CONTACT_PATHS_H
+#define TOILE_CONTACT_PATHS_H
+
+#include "sim/base/vector.h"
+#include "sim/contact/motion.h"
+
+/* The groups of a pair. */
+typedef struct PathEnds {
+    int a, b; /* a <= b */
+} PathEnds;
+
+/* What is asked of a group pair. */
+enum {
+    PATH_WANTED = 1, /* must it be searched at its speed? */
+    PATH_SPENT = 2,  /* ... because its path will pass its limit? */
+    PATH_DUE = 4     /* must pairs of it be looked at then? */
+};
+
+/* (room) each */
+typedef struct PathRows {
+    PathEnds *ends;
+    double *path;         /* [m] relative motion since it was made */
+    double *next;         /* [m] path at the end of this step */
+    double *limit;        /* [m] path until which its pairs are complete */
+    double *near;         /* [m] see CONTACT_NEAR_STEPS; -1: never searched */
+    double *speed;        /* [m/s] bound of the relative speed in this step */
+    double *earliest;     /* [m] path at which the first of its pairs must be looked at */
+    unsigned char *flags; /* answers */
+} PathRows;
+
+/* Group pairs first .. end - 1. The first two take speeds from the motion, and paths of a step of dt from
+ * them into `next`; they answer all three questions. */
+typedef struct PathKernel {
+    /* is `near` less than CONTACT_LEAST_NEAR_STEPS? */
+    void (*outgrown)(const PathRows *rows, const GroupMotion *motion, int first, int end,
+                     double dt);
+    /* can a step use up more than CONTACT_PLANE_SHARE of `near`? */
+    void (*outrun)(const PathRows *rows, const GroupMotion *motion, int first, int end, double dt);
+    void (*advance)(const PathRows *rows, int first, int end, double dt); /* by known speeds */
+} PathKernel;
+
+extern const PathKernel path_kernel_scalar, path_kernel_sse2, path_kernel_avx2, path_kernel_avx512;
+
+#endif
