@@ -110,7 +110,10 @@ static void search_faces(const Search *s, const SurfaceCell *a, const SurfaceCel
     for (int k = 0; k < a->vertex_count; k++) {
         int v = a->vertex[k];
         Box point = box_of(s->x, &v, 1);
-        for (int t = 0; t < b->triangle_count && box_near(&point, around, s->reach); t++) {
+        if (!box_near(&point, around, s->reach)) {
+            continue;
+        }
+        for (int t = 0; t < b->triangle_count; t++) {
             const int *corner = s->lists->surface->triangles + 3 * (size_t)b->triangle[t];
             if (v != corner[0] && v != corner[1] && v != corner[2] &&
                 box_near(&point, &in_b->triangle[t], s->reach)) {
