@@ -27,12 +27,15 @@ typedef struct Rig {
 
 static int rig_count(const Rig *r) { return r->def.vertex_count; }
 
+static Vec3 rig_velocity(const Rig *r, int i) {
+    return vec3(r->lanes.v[0][i], r->lanes.v[1][i], r->lanes.v[2][i]);
+}
+
 static double rig_fastest(void *owner) {
     const Rig *r = owner;
     double most = 0.0;
     for (int i = 0; i < rig_count(r); i++) {
-        Vec3 v = {r->lanes.v[0][i], r->lanes.v[1][i], r->lanes.v[2][i]};
-        most = fmax(most, vec3_length(v));
+        most = fmax(most, vec3_length(rig_velocity(r, i)));
     }
     return most;
 }
@@ -48,8 +51,8 @@ static void rig_mark(void *owner) {
     }
 }
 
-static double rig_spread(void *owner) {
-    const Rig *r = owner;
+/* largest difference of two nodes next to each other, in u or in v */
+static double rig_most(const Rig *r, Vec3 (*value)(const Rig *r, int i)) {
     const SurfacePanel *panel = &r->def.panels[0];
     double most = 0.0;
     for (int i = 0; i < rig_count(r); i++) {
@@ -57,14 +60,20 @@ static double rig_spread(void *owner) {
         int next[2] = {panel->wrap || column + 1 < panel->nu ? right : i, i + panel->nu};
         for (int k = 0; k < 2; k++) {
             if (next[k] < rig_count(r)) {
-                Vec3 a = vec3_sub(rig_place(r, i), vec3_load(r->from + 3 * i));
-                Vec3 b = vec3_sub(rig_place(r, next[k]), vec3_load(r->from + 3 * next[k]));
-                most = fmax(most, vec3_length(vec3_sub(a, b)));
+                most = fmax(most, vec3_length(vec3_sub(value(r, i), value(r, next[k]))));
             }
         }
     }
     return most;
 }
+
+static Vec3 rig_moved(const Rig *r, int i) {
+    return vec3_sub(rig_place(r, i), vec3_load(r->from + 3 * i));
+}
+
+static double rig_spread(void *owner) { return rig_most(owner, rig_moved); }
+
+static double rig_relative(void *owner) { return rig_most(owner, rig_velocity); }
 
 /* a sheet or a sleeve of 24 cm, and a ball of 2 cm at `centre` */
 static void rig_make(Rig *r, bool sleeve, Vec3 centre) {
@@ -102,7 +111,7 @@ static void rig_make(Rig *r, bool sleeve, Vec3 centre) {
 }
 
 static bool rig_begin(Rig *r) {
-    ContactMotion motion = {rig_fastest, rig_mark, rig_spread, r};
+    ContactMotion motion = {rig_fastest, rig_mark, rig_spread, rig_relative, r};
     contact_begin(r->contact, (ContactView){&r->lanes, r->slot, r->held, motion}, &r->memory, STEP);
     return r->contact->quiet.holds;
 }
@@ -238,6 +247,27 @@ static void test_crumple(void **unused) {
     arena_free(&r.bench.arena);
 }
 
+/* A hairpin: five cells turn by up to 175 degrees at 1 s, the rest stays flat. Sharper than blocks of
+ * cells can prove. */
+static Vec3 hairpin(const Rig *r, int node, double time) {
+    Vec3 m = material(r, node);
+    double half = 0.025, bend = 0.5 * 3.05 * (time + 1e-3) / half, u = fabs(m.x);
+    double angle = bend * fmin(u, half), over = fmax(u - half, 0.0);
+    double x = sin(angle) / bend + over * cos(angle), z = (1.0 - cos(angle)) / bend;
+    return vec3(copysign(x, m.x), m.y, z + over * sin(angle));
+}
+
+static void test_hairpin(void **unused) {
+    (void)unused;
+    Rig r;
+    double least;
+    rig_make(&r, false, vec3(0, 0, -1.0));
+    double time = rig_play(&r, hairpin, 1.0, &least);
+    CHECK_AT_MOST(-least, 0.0);
+    CHECK_AT_MOST(0.95 - time, 0.0);
+    arena_free(&r.bench.arena);
+}
+
 /* a sleeve that is squeezed flat */
 static Vec3 squeeze(const Rig *r, int node, double time) {
     Vec3 p = vec3_load(r->def.start + 3 * node);
@@ -275,6 +305,160 @@ static void test_throw(void **unused) {
     arena_free(&r.bench.arena);
 }
 
+/* all of it at 30 m/s: that says nothing about neighbours, whose velocities are looked at */
+static Vec3 fly(const Rig *r, int node, double time) {
+    Vec3 m = material(r, node);
+    m.x += 30.0 * time;
+    return m;
+}
+
+static void test_fly(void **unused) {
+    (void)unused;
+    Rig r;
+    double least;
+    rig_make(&r, false, vec3(0, 0, -1.0));
+    double time = rig_play(&r, fly, 0.02, &least);
+    CHECK_AT_MOST(-least, 0.0);
+    CHECK_AT_MOST(0.02 - time, 0.0);
+    arena_free(&r.bench.arena);
+}
+
+/* ... and one node leaves the others in a single step, across its neighbours */
+static void test_tear(void **unused) {
+    (void)unused;
+    Rig r;
+    rig_make(&r, false, vec3(0, 0, -1.0));
+    for (int i = 0; i < rig_count(&r); i++) {
+        r.lanes.v[0][i] = 30.0;
+    }
+    assert_true(rig_begin(&r));
+    for (int step = 0; step < 2; step++) {
+        r.lanes.v[1][NODES * NODES / 2] = step == 0 ? 0.0 : 0.012 / STEP;
+        contact_forces(r.contact, STEP, 1.0, (step + 1) * STEP);
+        contact_clear(r.contact, vec3(0, 0, 0));
+        contact_guard(r.contact, STEP);
+        assert_int_equal(r.contact->quiet.holds, step == 0);
+        contact_drifted(r.contact, 125.0, STEP);
+    }
+    arena_free(&r.bench.arena);
+}
+
+/* the same bits for every width, of blocks of any size */
+static void test_widths(void **unused) {
+    (void)unused;
+    SlopeRows scalar = {0}, rows;
+    for (int k = 0; k < SLOPE_BATCH; k++) {
+        scalar.cells[0][k] = 1 + k % SURFACE_BLOCK;
+        scalar.cells[1][k] = 1 + k / SURFACE_BLOCK % SURFACE_BLOCK;
+    }
+    for (int i = 0; i < SLOPE_NODES * SLOPE_NODES * 3 * SLOPE_BATCH; i++) {
+        int node = i / (3 * SLOPE_BATCH), a = i / SLOPE_BATCH % 3;
+        scalar.x[node / SLOPE_NODES][node % SLOPE_NODES][a][i % SLOPE_BATCH] =
+            hash_random(7, (uint64_t)i);
+    }
+    rows = scalar;
+    double h[2] = {0.5, 0.7};
+    quiet_blocks_kernel(VECTOR_SCALAR)(h, &scalar);
+    for (int width = VECTOR_SCALAR + 1; width < VECTOR_WIDTHS; width++) {
+        if (vector_runs_here((VectorWidth)width)) {
+            SlopeRows other = rows;
+            quiet_blocks_kernel((VectorWidth)width)(h, &other);
+            assert_memory_equal(&other, &scalar, sizeof scalar);
+        }
+    }
+}
+
+/* [m] of the certificate for the leaves from one to another: the least distance / distance at rest of two of
+ * their nodes is not below it */
+static void check_rectangle(Rig *r, const QuietLevel *level, int i0, int j0, int i1, int j1) {
+    const SurfacePanel *panel = &r->def.panels[0];
+    const Slopes *part[9];
+    int count = 0;
+    for (int j = j0; j <= j1; j++) {
+        for (int i = i0; i <= i1; i++) {
+            part[count++] = &level->blocks[j * level->across + i].slopes;
+        }
+    }
+    double least = INFINITY;
+    int right = 3 * i1 + 3 < panel->nu ? 3 * i1 + 3 : panel->nu - 1;
+    int top = 3 * j1 + 3 < panel->nv ? 3 * j1 + 3 : panel->nv - 1;
+    for (int j = 3 * j0; j <= top; j++) {
+        for (int i = 3 * i0; i <= right; i++) {
+            for (int n = 3 * j0; n <= top; n++) {
+                for (int m = 3 * i0; m <= right; m++) {
+                    double rest = hypot((m - i) * panel->h1, (n - j) * panel->h2);
+                    Vec3 d =
+                        vec3_sub(rig_place(r, n * panel->nu + m), rig_place(r, j * panel->nu + i));
+                    least = rest > 0.0 ? fmin(least, vec3_length(d) / rest) : least;
+                }
+            }
+        }
+    }
+    CHECK_AT_MOST(slopes_least(part, count) - least, 1e-12);
+}
+
+/* a block turned about v by `angle`, whose slopes leave its plane by half */
+static Slopes turned(double angle) {
+    Vec3 normal = vec3(-sin(angle), 0, cos(angle));
+    return (Slopes){{vec3(cos(angle), 0, sin(angle)), vec3(0, 1, 0)}, normal, 0.0, 0.5};
+}
+
+/* Three blocks, of which two are joined: no mean of their extreme slopes is shorter than is said. */
+static void test_turned(void **unused) {
+    (void)unused;
+    for (int turn = 0; turn < 8; turn++) {
+        Slopes block[3] = {turned(0.0), turned(0.2 * turn), turned(-0.1 * turn)};
+        const Slopes *part[3] = {&block[0], &block[1], &block[2]};
+        Slopes both = slopes_join(part, 2);
+        const Slopes *joined[2] = {&both, &block[2]};
+        double least = INFINITY;
+        for (int signs = 0; signs < 8; signs++) {
+            Vec3 du[3];
+            for (int k = 0; k < 3; k++) {
+                double sign = signs >> k & 1 ? 0.5 : -0.5;
+                du[k] = vec3_axpy(block[k].mean[0], sign, block[k].normal);
+            }
+            for (int a = 0; a <= 20; a++) {
+                for (int b = 0; a + b <= 20; b++) {
+                    Vec3 mean = vec3_scale(0.05 * a, du[0]);
+                    mean = vec3_axpy(vec3_axpy(mean, 0.05 * b, du[1]), 1.0 - 0.05 * (a + b), du[2]);
+                    least = fmin(least, vec3_length(mean));
+                }
+            }
+        }
+        CHECK_AT_MOST(slopes_least(part, 3) - least, 1e-12);
+        CHECK_AT_MOST(slopes_least(joined, 2) - least, 1e-12);
+        CHECK_AT_MOST(0.5 - 0.2 * turn - slopes_least(part, 3), 0.0); /* and not much longer */
+    }
+}
+
+static void test_slopes(void **unused) {
+    (void)unused;
+    Rig r;
+    rig_make(&r, false, vec3(0, 0, -1.0));
+    assert_true(rig_begin(&r));
+    Contact *c = r.contact;
+    QuietPanel *panel = &c->quiet.panels[0];
+    QuietView view = {&c->surface, &r.lanes, r.slot, rig_count(&r), c->x, c->quiet.kernel};
+    for (int turn = 0; turn < 6; turn++) {
+        for (int i = 0; i < rig_count(&r); i++) {
+            Vec3 p = shaken(roll(&r, i, 0.3 * turn), i, 1e-3 * turn);
+            r.lanes.x[0][i] = p.x, r.lanes.x[1][i] = p.y, r.lanes.x[2][i] = p.z;
+        }
+        quiet_blocks_fit(&view, panel, 0);
+        const QuietLevel *level = &panel->level[0];
+        for (int j = 0; j < level->along; j++) {
+            for (int i = 0; i < level->across; i++) {
+                int right = i + 1 < level->across ? i + 1 : i,
+                    top = j + 1 < level->along ? j + 1 : j;
+                check_rectangle(&r, level, i, j, i, j);
+                check_rectangle(&r, level, i, j, right, top);
+            }
+        }
+    }
+    arena_free(&r.bench.arena);
+}
+
 /* what leaps after the proof was asked is told so */
 static void test_leap(void **unused) {
     (void)unused;
@@ -298,6 +482,9 @@ int main(void) {
         cmocka_unit_test(test_roll),    cmocka_unit_test(test_fold),
         cmocka_unit_test(test_crumple), cmocka_unit_test(test_squeeze),
         cmocka_unit_test(test_throw),   cmocka_unit_test(test_leap),
+        cmocka_unit_test(test_hairpin), cmocka_unit_test(test_fly),
+        cmocka_unit_test(test_tear),    cmocka_unit_test(test_widths),
+        cmocka_unit_test(test_slopes),  cmocka_unit_test(test_turned),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -517,12 +517,12 @@ static bool passes_quietly(Contact *c, double dt) {
     if (quiet_has_room(c, dt)) {
         return true;
     }
-    contact_gather(c);
-    gather_velocities(c);
     if (quiet_prove(c, dt) && quiet_has_room(c, dt)) {
         return true;
     }
     c->quiet.holds = false;
+    contact_gather(c);
+    gather_velocities(c);
     make_lists(c, dt);
     return false;
 }

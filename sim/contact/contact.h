@@ -54,6 +54,8 @@ typedef struct ContactMotion {
     void (*mark)(void *owner);      /* spreads count from the positions of now on */
     double (*spread)(void *owner);  /* [m] no two nodes next to each other on a lattice have moved
                                        more against each other */
+    double (*relative)(
+        void *owner); /* [m/s] no two such nodes move faster against each other now */
     void *owner;
 } ContactMotion;
 

@@ -5,70 +5,19 @@
 #include "sim/contact/engine.h"
 
 #define QUIET_FASTER 2.0 /* than in the last step: more makes the interval be done again */
-
-static bool is_lattice(const Surface *surface, int panel) { return surface->panels[panel].nu > 0; }
-
-/* ---- trees ---- */
+#define FOLD_STRIPS 3    /* that are proven by slopes together, of those of two blocks */
+#define BRIDGE 4         /* blocks along a side of a rectangle that may prove its ends apart */
 
 Quiet quiet_create(const Surface *surface, Arena *arena) {
-    Quiet quiet = {.panels = arena_push(arena, QuietPanel, surface->panel_count)};
-    for (int p = 0; p < surface->panel_count; p++) {
-        QuietPanel *panel = &quiet.panels[p];
-        bool lattice = is_lattice(surface, p);
-        int across = surface->first_group[p + 1] - surface->first_group[p], along = across > 0;
-        if (lattice) {
-            across = surface->blocks[2 * p], along = surface->blocks[2 * p + 1];
-        }
-        while (across * along > 0) {
-            QuietLevel *level = &panel->level[panel->level_count++];
-            *level = (QuietLevel){across, along, arena_push(arena, QuietBlock, across * along)};
-            if (across * along == 1) {
-                break;
-            }
-            across = (across + 1) / 2, along = (along + 1) / 2;
-        }
-    }
-    return quiet;
-}
-
-static void fit_leaf(const Surface *surface, const Points *x, int g, QuietBlock *block) {
-    const SurfaceGroup *group = &surface->groups[g];
-    block->place = box_empty();
-    for (int k = group->vertex_begin; k < group->vertex_end; k++) {
-        box_add(&block->place, point_at(x, surface->group_vertices[k]));
-    }
-    if (is_lattice(surface, group->panel)) {
-        flatness_slopes(surface, x, g, block->gradient);
-    }
-}
-
-static void fit_panel(const Contact *c, const Points *x, int p) {
-    const Surface *surface = &c->surface;
-    QuietPanel *panel = &c->quiet.panels[p];
-    int leaves = surface->first_group[p + 1] - surface->first_group[p];
-    for (int k = 0; k < leaves; k++) {
-        fit_leaf(surface, x, surface->first_group[p] + k, &panel->level[0].blocks[k]);
-    }
-    for (int k = 1; k < panel->level_count; k++) {
-        const QuietLevel *fine = &panel->level[k - 1], *level = &panel->level[k];
-        for (int b = 0; b < level->across * level->along; b++) {
-            level->blocks[b] = (QuietBlock){box_empty(), {box_empty(), box_empty()}};
-        }
-        for (int b = 0; b < fine->across * fine->along; b++) {
-            int i = b % fine->across / 2, j = b / fine->across / 2;
-            QuietBlock *sum = &level->blocks[j * level->across + i];
-            const QuietBlock *part = &fine->blocks[b];
-            sum->place = box_union(sum->place, part->place);
-            sum->gradient[0] = box_union(sum->gradient[0], part->gradient[0]);
-            sum->gradient[1] = box_union(sum->gradient[1], part->gradient[1]);
-        }
-    }
+    return (Quiet){.panels = quiet_blocks_create(surface, arena),
+                   .kernel = quiet_blocks_kernel(vector_best())};
 }
 
 /* ---- the proof ---- */
 
 typedef struct Proof {
     const Contact *c;
+    QuietView view;
     double near_motion, far_motion; /* [m] in a step at the speeds of now */
     double near_room, far_room;
     double steps; /* that it should last, and can as far as is known */
@@ -107,18 +56,160 @@ static int lines_between(int a, int b, int level, int nodes, bool wrap) {
     return lines < most ? lines : most;
 }
 
-static bool prove_flat(Proof *p, BlockRef a, BlockRef b) {
-    const SurfacePanel *panel = &p->c->surface.panels[a.panel];
-    Box gradient[2] = {box_empty(), box_empty()};
-    for (int k = 0; k < 4; k++) { /* the rectangle of both */
+/* [m] how far neighbours in these blocks may move against each other: in a rectangle */
+static double flat_room(const SurfacePanel *panel, const Slopes *const part[], int count) {
+    double spare = slopes_least(part, count) - panel->distance / surface_lattice_altitude(panel);
+    return spare / sqrt(1.0 / (panel->h1 * panel->h1) + 1.0 / (panel->h2 * panel->h2));
+}
+
+/* ... the 2 x 2 blocks between two corners, or fewer */
+static double corner_room(const Proof *p, BlockRef a, BlockRef b) {
+    const Slopes *part[4];
+    int count = 0;
+    for (int k = 0; k < 4; k++) {
+        if ((k & 1 && a.i == b.i) || (k & 2 && a.j == b.j)) {
+            continue;
+        }
         BlockRef corner = {a.panel, a.level, k & 1 ? b.i : a.i, k & 2 ? b.j : a.j};
-        const QuietBlock *block = block_of(p, corner);
-        gradient[0] = box_union(gradient[0], block->gradient[0]);
-        gradient[1] = box_union(gradient[1], block->gradient[1]);
+        part[count++] = &block_of(p, corner)->slopes;
     }
-    double spare = flatness_least(gradient) - panel->distance / surface_lattice_altitude(panel);
-    double room = spare / sqrt(1.0 / (panel->h1 * panel->h1) + 1.0 / (panel->h2 * panel->h2));
-    return take(p, &p->near_room, room, p->near_motion, a.level == 0);
+    return flat_room(&p->c->surface.panels[a.panel], part, count);
+}
+
+/* ... all blocks from one to another, where these are few; else none */
+static double bridge_room(const Proof *p, BlockRef a, BlockRef b) {
+    const Slopes *part[BRIDGE * BRIDGE];
+    int count = 0, left = a.i < b.i ? a.i : b.i, low = a.j < b.j ? a.j : b.j;
+    int right = a.i + b.i - left, high = a.j + b.j - low;
+    if (right - left >= BRIDGE || high - low >= BRIDGE) {
+        return 0.0;
+    }
+    for (int j = low; j <= high; j++) {
+        for (int i = left; i <= right; i++) {
+            BlockRef between = {a.panel, a.level, i, j};
+            part[count++] = &block_of(p, between)->slopes;
+        }
+    }
+    return flat_room(&p->c->surface.panels[a.panel], part, count);
+}
+
+/* first of two neighbours in a row, which may run around */
+static int lower_of(int a, int b, int count) {
+    int low = a < b ? a : b, high = a < b ? b : a;
+    return high - low > 1 && high - low == count - 1 ? high : low;
+}
+
+static int block_after(int i, int count, bool wrap) { return i + 1 < count ? i + 1 : wrap ? 0 : i; }
+
+/* of 2 x 2 blocks that hold two neighbours: most neighbours are proven by few of them */
+static double window_room(const Proof *p, BlockRef a, BlockRef b) {
+    const QuietLevel *level = level_of(p, a);
+    bool wrap = p->c->surface.panels[a.panel].wrap;
+    BlockRef low = {a.panel, a.level, lower_of(a.i, b.i, level->across),
+                    lower_of(a.j, b.j, level->along)};
+    double *room = &level->window[low.j * level->across + low.i];
+    if (isnan(*room)) {
+        BlockRef high = {a.panel, a.level, block_after(low.i, level->across, wrap),
+                         block_after(low.j, level->along, false)};
+        *room = corner_room(p, low, high);
+    }
+    return *room;
+}
+
+/* takes that two blocks, so many lines of a lattice away from each other, are apart: by whatever lasts
+ * longer. `flat`: [m] room by slopes */
+static bool take_apart(Proof *p, double apart, int lines, double flat, bool finest) {
+    double near = max2(apart / lines, flat);
+    if (near * p->far_motion > apart * p->near_motion) {
+        return take(p, &p->near_room, near, p->near_motion, finest);
+    }
+    return take(p, &p->far_room, apart, p->far_motion, finest);
+}
+
+/* A row of strips through a leaf, or through two that lie side by side. */
+typedef struct Strip {
+    const QuietBlock *part[2];
+    int parts;
+    Box place;
+} Strip;
+
+/* of two neighbours, in turn along an axis; returns their number */
+static int find_strips(const Proof *p, BlockRef a, BlockRef b, int axis, Strip strip[]) {
+    const Surface *surface = &p->c->surface;
+    const QuietLevel *level = level_of(p, a);
+    int of_a[2] = {a.i, a.j}, of_b[2] = {b.i, b.j}, most[2] = {level->across, level->along};
+    int low = lower_of(of_a[axis], of_b[axis], most[axis]), other = 1 - axis, count = 0;
+    int high = of_a[axis] + of_b[axis] - low;
+    for (int end = 0; end < (low == high ? 1 : 2); end++) {
+        int cells = 0;
+        for (int side = 0; side < (of_a[other] == of_b[other] ? 1 : 2); side++) {
+            int block[2];
+            block[axis] = end ? high : low, block[other] = side ? of_b[other] : of_a[other];
+            const QuietBlock *cut =
+                quiet_blocks_cut(&p->view, &p->c->quiet.panels[a.panel], a.panel, block, axis);
+            cells = quiet_blocks_cells(&surface->panels[a.panel], block, axis);
+            for (int k = 0; k < cells; k++) {
+                Strip *one = &strip[count + k];
+                one->place = side ? box_union(one->place, cut[k].place) : cut[k].place;
+                one->part[side] = &cut[k];
+                one->parts = side + 1;
+            }
+        }
+        count += cells;
+    }
+    return count;
+}
+
+/* [m] of strips that follow each other */
+static double strips_room(const SurfacePanel *panel, const Strip *strip, int count) {
+    const Slopes *part[2 * FOLD_STRIPS];
+    int parts = 0;
+    for (int k = 0; k < count; k++) {
+        for (int side = 0; side < strip[k].parts; side++) {
+            part[parts++] = &strip[k].part[side]->slopes;
+        }
+    }
+    return flat_room(panel, part, parts);
+}
+
+/* Two neighbours where cloth is folded: a few strips by their slopes, others by their boxes. */
+static Proof prove_folded(const Proof *p, BlockRef a, BlockRef b, int axis) {
+    const SurfacePanel *panel = &p->c->surface.panels[a.panel];
+    Proof trial = *p;
+    Strip strip[2 * SURFACE_BLOCK];
+    int count = find_strips(p, a, b, axis, strip);
+    int width = count > FOLD_STRIPS ? FOLD_STRIPS : count < FOLD_STRIPS ? count : FOLD_STRIPS - 1;
+    for (int k = 0; k + width <= count && !trial.fails; k++) {
+        take(&trial, &trial.near_room, strips_room(panel, strip + k, width), p->near_motion, true);
+    }
+    for (int k = 0; k < count; k++) {
+        for (int m = k + width; m < count && !trial.fails; m++) {
+            double apart = box_distance(&strip[k].place, &strip[m].place) - panel->distance;
+            int lines = m - k + 1 + SURFACE_BLOCK * strip[k].parts;
+            take_apart(&trial, apart, lines, 0.0, true);
+        }
+    }
+    return trial;
+}
+
+static bool prove_flat(Proof *p, BlockRef a, BlockRef b) {
+    double room = window_room(p, a, b);
+    if (room < p->steps * p->near_motion) {
+        room = max2(room, corner_room(p, a, b));
+    }
+    if (a.level > 0 || room > CONTACT_QUIET_FOLD_STEPS * p->near_motion) {
+        return take(p, &p->near_room, room, p->near_motion, a.level == 0);
+    }
+    Proof best = *p;
+    take(&best, &best.near_room, room, p->near_motion, true);
+    for (int axis = 0; axis < 2; axis++) {
+        Proof trial = prove_folded(p, a, b, axis);
+        if (!trial.fails && (best.fails || trial.steps > best.steps)) {
+            best = trial;
+        }
+    }
+    *p = best;
+    return true;
 }
 
 static bool prove_apart(Proof *p, BlockRef a, BlockRef b) {
@@ -127,18 +218,17 @@ static bool prove_apart(Proof *p, BlockRef a, BlockRef b) {
     double apart = box_distance(&block_of(p, a)->place, &block_of(p, b)->place) -
                    0.5 * (of_a->distance + of_b->distance);
     bool finest = a.level == 0 && b.level == 0;
-    if (a.panel == b.panel && is_lattice(surface, a.panel)) {
-        int lines = lines_between(a.i, b.i, a.level, of_a->nu, of_a->wrap) +
-                    lines_between(a.j, b.j, a.level, of_a->nv, false);
-        if (lines * p->near_motion < p->far_motion) {
-            return take(p, &p->near_room, apart / lines, p->near_motion, finest);
-        }
+    if (a.panel != b.panel || !quiet_is_lattice(surface, a.panel)) {
+        return take(p, &p->far_room, apart, p->far_motion, finest);
     }
-    return take(p, &p->far_room, apart, p->far_motion, finest);
+    int lines = lines_between(a.i, b.i, a.level, of_a->nu, of_a->wrap) +
+                lines_between(a.j, b.j, a.level, of_a->nv, false);
+    bool lasts = apart >= p->steps * min2(lines * p->near_motion, p->far_motion);
+    return take_apart(p, apart, lines, !lasts ? bridge_room(p, a, b) : 0.0, finest);
 }
 
 static bool are_neighbours(const Proof *p, BlockRef a, BlockRef b) {
-    if (a.panel != b.panel || !is_lattice(&p->c->surface, a.panel)) {
+    if (a.panel != b.panel || !quiet_is_lattice(&p->c->surface, a.panel)) {
         return false;
     }
     const QuietLevel *level = level_of(p, a);
@@ -232,46 +322,34 @@ static double fastest_obstacle(const Contact *c) {
     return most;
 }
 
-/* two nodes next to each other, of velocities that were gathered: how long will a proof last? */
-static double relative_speed(const Contact *c) {
-    double most = 0.0;
-    for (int a = 0; a < c->def->panel_count; a++) {
-        const SurfacePanel *panel = &c->surface.panels[a];
-        for (int i = 0; panel->nu > 0 && i < panel->vertex_count; i++) {
-            int place = panel->first + i;
-            Vec3 v = contact_velocity(c, place);
-            if (i % panel->nu > 0) {
-                Vec3 d = vec3_sub(contact_velocity(c, place - 1), v);
-                most = max2(most, vec3_dot(d, d));
-            }
-            if (i >= panel->nu) {
-                Vec3 d = vec3_sub(contact_velocity(c, place - panel->nu), v);
-                most = max2(most, vec3_dot(d, d));
-            }
-        }
-    }
-    return sqrt(most);
+/* [steps] that a proof should hold: somewhat more than the last one of this interval could */
+static double aim(const Contact *c) {
+    double more = c->step_count > 0.0 ? CONTACT_QUIET_LONGER * c->quiet.lasting : INFINITY;
+    return max2(CONTACT_QUIET_SHORT_STEPS, min2(CONTACT_QUIET_STEPS, more));
 }
 
 bool quiet_prove(Contact *c, double dt) {
     Quiet *quiet = &c->quiet;
     const ContactMotion *motion = &c->view.motion;
-    Points x = contact_positions(c);
     quiet->fastest = motion->fastest(motion->owner);
     Proof proof = {.c = c,
-                   .near_motion = dt * relative_speed(c),
+                   .view = {&c->surface, c->view.lanes, c->view.slot, c->def->vertex_count, c->x,
+                            quiet->kernel},
+                   .near_motion = dt * motion->relative(motion->owner),
                    .far_motion = dt * (2.0 * quiet->fastest + fastest_obstacle(c)),
                    .near_room = INFINITY,
                    .far_room = INFINITY,
-                   .steps = CONTACT_QUIET_STEPS};
+                   .steps = aim(c)};
     for (int p = 0; p < c->surface.panel_count; p++) {
-        fit_panel(c, &x, p);
+        quiet_blocks_fit(&proof.view, &quiet->panels[p], p);
     }
     prove_all(&proof);
     quiet->holds = !proof.fails;
-    quiet->near_path = quiet->far_path = 0.0;
+    quiet->near_path = quiet->far_path = quiet->spread = 0.0;
     quiet->near_room = proof.near_room, quiet->far_room = proof.far_room;
-    quiet->spread_room = CONTACT_QUIET_SPREAD * proof.near_room;
+    quiet->lasting = proof.steps;
+    quiet->proven = c->step_count;
+    quiet->cost = CONTACT_QUIET_COST;
     quiet->retry = c->step_count + CONTACT_QUIET_RETRY;
     if (quiet->holds) {
         motion->mark(motion->owner);
@@ -279,23 +357,50 @@ bool quiet_prove(Contact *c, double dt) {
     return quiet->holds;
 }
 
+/* Is there room for neighbours in a step in which they move by at most `step` [m] against each other, or by
+ * less when that is looked at? False also where a proof is cheaper than looking so often. */
+static bool near_has_room(Quiet *quiet, const ContactMotion *motion, double steps, double step,
+                          double dt) {
+    double looks = quiet->cost, bought = 1.0;
+    if (quiet->near_room - quiet->spread <= step) { /* as seen last: would last for no step */
+        quiet->near_step = dt * motion->relative(motion->owner);
+        quiet->cost++;
+    }
+    if (quiet->near_path + min2(step, quiet->near_step) >= quiet->near_room) {
+        quiet->near_path = quiet->spread = motion->spread(motion->owner);
+        quiet->cost++;
+        double room = quiet->near_room - quiet->spread;
+        bought = max2(1.0, room / step);
+        if (room <= step && isinf(quiet->near_step)) {
+            quiet->near_step = dt * motion->relative(motion->owner);
+            quiet->cost++;
+        }
+    }
+    bool rare = (quiet->cost - looks) * steps <= looks * bought;
+    return quiet->near_path + min2(step, quiet->near_step) < quiet->near_room &&
+           (rare || steps == 0.0);
+}
+
 bool quiet_has_room(Contact *c, double dt) {
     Quiet *quiet = &c->quiet;
     const ContactMotion *motion = &c->view.motion;
-    double step = QUIET_FASTER * 2.0 * dt * quiet->fastest;
-    if (quiet->near_path + step >= quiet->near_room) {
-        double spread = motion->spread(motion->owner);
-        quiet->near_path = spread < quiet->spread_room ? spread : INFINITY;
+    double step = QUIET_FASTER * 2.0 * dt * quiet->fastest, own = dt * fastest_obstacle(c);
+    quiet->near_step = quiet->far_step = INFINITY;
+    if (quiet->far_path + step + own >= quiet->far_room) {
+        quiet->far_step = 2.0 * dt * motion->fastest(motion->owner);
+        if (quiet->far_path + quiet->far_step + own >= quiet->far_room) {
+            return false;
+        }
     }
-    return quiet->near_path + step < quiet->near_room &&
-           quiet->far_path + step + dt * fastest_obstacle(c) < quiet->far_room;
+    return quiet->near_path + step < quiet->near_room ||
+           near_has_room(quiet, motion, c->step_count - quiet->proven, step, dt);
 }
 
 bool quiet_spend(Contact *c, double fastest, double dt) {
     Quiet *quiet = &c->quiet;
     double step = 2.0 * dt * fastest;
     quiet->fastest = fastest;
-    quiet->near_path += step;
-    quiet->far_path += step + dt * fastest_obstacle(c);
+    quiet->near_path += min2(step, quiet->near_step);
+    quiet->far_path += min2(step, quiet->far_step) + dt * fastest_obstacle(c);
     return quiet->near_path < quiet->near_room && quiet->far_path < quiet->far_room;
 }

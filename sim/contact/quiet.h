@@ -3,53 +3,48 @@
  * Every panel is a tree of blocks: on a lattice 2 x 2 blocks make one of the next level, elsewhere
  * two neighbours do; its leaves are the groups of the surface. From the roots down, each pair of
  * blocks is proved apart, or its children are:
- * - a block and itself or its neighbour on a lattice by slopes (flatness.h). When no two nodes
- *   next to each other move by more than p against each other, no gradient changes by more than
- *   p sqrt(1/h1^2 + 1/h2^2);
+ * - a block and itself or its neighbour on a lattice by slopes (slopes.h). When no two nodes next to
+ *   each other move by more than p against each other, no gradient changes by more than
+ *   p sqrt(1/h1^2 + 1/h2^2). Where that fails in a sharp fold, the columns or rows of cells of both
+ *   are taken instead: a few next to each other by slopes, others by boxes;
  * - two others by their boxes. They come nearer by at most n p, n the lines of the lattice from one
- *   to the other, and by at most the paths of the fastest vertices;
+ *   to the other, and by at most the paths of the fastest vertices. If they are not far from each
+ *   other, also by the slopes of all blocks in the rectangle between them;
  * - a block and a solid by the ball around its box.
  * So the proof holds while two paths stay below their rooms: the spread of neighbours since then,
  * and the sum of the fastest motions. The spread is bounded by the fastest motions since it was
- * looked at last. */
+ * looked at last, and where these are too much by the fastest relative motion of neighbours: after the
+ * kick the velocities of a step are known. Motions are straight and the spread of a pair is convex along
+ * them: what holds at both ends of a step holds in it. */
 #ifndef TOILE_CONTACT_QUIET_H
 #define TOILE_CONTACT_QUIET_H
 
 #include "sim/contact/contact.h"
-
-typedef struct QuietBlock {
-    Box place, gradient[2]; /* [m]; gradients on lattices only */
-} QuietBlock;
-
-typedef struct QuietLevel {
-    int across, along; /* blocks along u and v; one row where there is no lattice */
-    QuietBlock *blocks;
-} QuietLevel;
-
-#define QUIET_MOST_LEVELS 32
-
-typedef struct QuietPanel {
-    int level_count; /* the last one has one block; 0: no triangles */
-    QuietLevel level[QUIET_MOST_LEVELS];
-} QuietPanel;
+#include "sim/contact/quiet_blocks.h"
 
 typedef struct Quiet {
     QuietPanel *panels; /* (panels of the surface) */
+    SlopeKernel *kernel;
     bool holds;
     double near_room, near_path; /* [m] of neighbours against each other */
     double far_room, far_path;   /* [m] of two bodies towards each other */
-    double spread_room;          /* [m] a larger spread is worth a new proof */
+    double spread;               /* [m] of neighbours as looked at last */
+    double near_step, far_step;  /* [m] of the step that follows, if looked at; else infinite */
     double fastest;              /* [m/s] vertex in the last step */
+    double lasting;              /* [steps] of the last proof, as far as was known */
+    double proven;               /* step of the interval before which it was proven */
+    double cost;                 /* [looks] of the proof, and of looking since then */
     double retry;                /* step of the interval from which on to try again */
 } Quiet;
 
 Quiet quiet_create(const Surface *surface, Arena *arena);
 
 /* Tries to prove that nothing can touch in the next steps of dt, with the positions and velocities
- * gathered in the contact. */
+ * in the lanes. */
 bool quiet_prove(Contact *contact, double dt);
 
-/* Does the proof hold for the step of dt that follows, if nothing becomes twice as fast in it? */
+/* Does the proof hold for the step of dt that follows, if nothing becomes twice as fast in it? To be asked
+ * when its velocities are known. */
 bool quiet_has_room(Contact *contact, double dt);
 
 /* Takes a step of dt out of the rooms, in which no vertex was faster than `fastest` [m/s]; false: it

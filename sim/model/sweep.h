@@ -64,9 +64,9 @@ typedef struct SweepKernel {
                     int row_begin, int row_end);
     /* Largest v.v of those rows [m2/s2]. */
     double (*fastest)(const SweepLattice *lattice, const Lanes *lanes, int row_begin, int row_end);
-    /* Largest square of the motion of two nodes next to each other, relative to each other, since
-     * they were at `from` [m2]; those rows, and up to the row that follows. */
-    double (*spread)(const SweepLattice *lattice, const Lanes *lanes, double *const from[3],
+    /* Largest square of the difference of x - from, or of x alone, at two nodes next to each other:
+     * those rows, and up to the row that follows. */
+    double (*spread)(const SweepLattice *lattice, double *const x[3], double *const from[3],
                      int row_begin, int row_end);
 } SweepKernel;
 

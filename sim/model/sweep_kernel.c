@@ -493,17 +493,27 @@ static inline void most_speed(const Lanes *lanes, size_t at, int width, Most *mo
     }
 }
 
-/* of motions since `from`, each against that `next` slots later */
-static inline void most_spread(const Lanes *lanes, double *const from[3], size_t at, size_t next,
-                               int width, Most *most) {
-    const double *restrict x = lanes->x[0] + at, *restrict y = lanes->x[1] + at;
-    const double *restrict z = lanes->x[2] + at, *restrict u = from[0] + at;
-    const double *restrict v = from[1] + at, *restrict w = from[2] + at;
+/* of x, each against that `next` slots later */
+static inline void most_difference(double *const x[3], size_t at, size_t next, int width,
+                                   Most *most) {
+    const double *restrict p = x[0] + at, *restrict q = x[1] + at, *restrict r = x[2] + at;
     VECTOR_LOOP
     for (int k = 0; k < width; k++) {
         size_t n = (size_t)k + next;
-        keep_larger(most, k, (x[n] - x[k]) - (u[n] - u[k]), (y[n] - y[k]) - (v[n] - v[k]),
-                    (z[n] - z[k]) - (w[n] - w[k]));
+        keep_larger(most, k, p[n] - p[k], q[n] - q[k], r[n] - r[k]);
+    }
+}
+
+/* of x - from, likewise */
+static inline void most_spread(double *const x[3], double *const from[3], size_t at, size_t next,
+                               int width, Most *most) {
+    const double *restrict p = x[0] + at, *restrict q = x[1] + at, *restrict r = x[2] + at;
+    const double *restrict u = from[0] + at, *restrict v = from[1] + at, *restrict w = from[2] + at;
+    VECTOR_LOOP
+    for (int k = 0; k < width; k++) {
+        size_t n = (size_t)k + next;
+        keep_larger(most, k, (p[n] - p[k]) - (u[n] - u[k]), (q[n] - q[k]) - (v[n] - v[k]),
+                    (r[n] - r[k]) - (w[n] - w[k]));
     }
 }
 
@@ -528,26 +538,32 @@ static double fastest_of_rows(const SweepLattice *l, const Lanes *lanes, int row
     return most_of(&most);
 }
 
-static void spread_row(const Lanes *lanes, double *const from[3], size_t at, size_t next, int count,
+static void spread_row(double *const x[3], double *const from[3], size_t at, size_t next, int count,
                        Most *most) {
-    if (count < WHOLE_VECTORS) {
-        most_spread(lanes, from, at, next, count, most);
-        return;
-    }
+    bool whole = count >= WHOLE_VECTORS;
     for (int i = 0; i < count; i += WHOLE_VECTORS) {
-        most_spread(lanes, from, at + (size_t)vector_start(i, count), next, WHOLE_VECTORS, most);
+        size_t begin = at + (size_t)(whole ? vector_start(i, count) : 0);
+        if (whole && from) {
+            most_spread(x, from, begin, next, WHOLE_VECTORS, most);
+        } else if (whole) {
+            most_difference(x, begin, next, WHOLE_VECTORS, most);
+        } else if (from) {
+            most_spread(x, from, begin, next, count, most);
+        } else {
+            most_difference(x, begin, next, count, most);
+        }
     }
 }
 
 /* a wrapped row has its first node once more behind the last one */
-static double spread_of_rows(const SweepLattice *l, const Lanes *lanes, double *const from[3],
+static double spread_of_rows(const SweepLattice *l, double *const x[3], double *const from[3],
                              int row_begin, int row_end) {
     Most most = {{0.0}};
     for (int j = row_begin; j < row_end; j++) {
         size_t at = (size_t)l->first + (size_t)j * (size_t)l->stride;
-        spread_row(lanes, from, at, 1, l->wrap ? l->nu : l->nu - 1, &most);
+        spread_row(x, from, at, 1, l->wrap ? l->nu : l->nu - 1, &most);
         if (j + 1 < l->nv) {
-            spread_row(lanes, from, at, (size_t)l->stride, l->nu, &most);
+            spread_row(x, from, at, (size_t)l->stride, l->nu, &most);
         }
     }
     return most_of(&most);

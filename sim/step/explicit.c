@@ -352,6 +352,7 @@ static double most_of_chunks(Explicit *e, ParallelBody *body) {
         const SweepLattice *l = &e->lattices[c];
         if (l->nu > 0) {
             DriftJob job = {.e = e, .lattice = l};
+            sweep_wrap_rows(l, e->lanes.v);
             parallel_for(l->nv, e->grain[c], body, &job);
             for (int k = 0; k < parallel_chunk_count(l->nv, e->grain[c]); k++) {
                 most = max2(e->chunk_speed[k], most);
@@ -369,7 +370,7 @@ static void fastest_chunk(int chunk, int first, int end, void *context) {
 static void spread_chunk(int chunk, int first, int end, void *context) {
     DriftJob *job = context;
     job->e->chunk_speed[chunk] =
-        job->e->kernel->spread(job->lattice, &job->e->lanes, job->e->marked, first, end);
+        job->e->kernel->spread(job->lattice, job->e->lanes.x, job->e->marked, first, end);
 }
 
 static double fastest_now(void *owner) {
@@ -394,6 +395,14 @@ static void mark_places(void *owner) {
 }
 
 static double spread_now(void *owner) { return sqrt(most_of_chunks(owner, spread_chunk)); }
+
+static void relative_chunk(int chunk, int first, int end, void *context) {
+    Explicit *e = ((DriftJob *)context)->e;
+    const SweepLattice *lattice = ((DriftJob *)context)->lattice;
+    e->chunk_speed[chunk] = e->kernel->spread(lattice, e->lanes.v, NULL, first, end);
+}
+
+static double relative_now(void *owner) { return sqrt(most_of_chunks(owner, relative_chunk)); }
 
 static double kinetic_now(const Explicit *e) {
     double energy = 0.0;
@@ -566,7 +575,7 @@ ExplicitResult explicit_interval(Explicit *e, const ExplicitRun *run, State *sta
     e->sides_taken = stored_in_sides(e);
     drift(e, 0.0); /* puts ghosts, curvature and stretch in their places */
     if (e->contact) {
-        ContactMotion motion = {fastest_now, mark_places, spread_now, e};
+        ContactMotion motion = {fastest_now, mark_places, spread_now, relative_now, e};
         contact_begin(e->contact, (ContactView){&e->lanes, e->slot, e->steer.held, motion},
                       &state->contact, run->dt);
     }
