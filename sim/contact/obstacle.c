@@ -26,10 +26,6 @@ static double touch_mass(const Contact *c, const Touch *touch) {
                                : surface_panel(&c->surface, touch->place[0])->mass;
 }
 
-static bool moves(const Contact *c, const Touch *touch) {
-    return c->def->obstacles[touch->obstacle].moves;
-}
-
 static Vec3 touch_velocity(const Contact *c, const Touch *touch) {
     if (touch->place[1] < 0) {
         return contact_velocity(c, touch->place[0]);
@@ -183,9 +179,8 @@ static bool concerns_guard(Contact *c, int owner, double motion) {
     if (group->near_count == 0 && !rests) {
         return false;
     }
-    const Touch *touch = &c->touches[group->begin];
-    double room = group->gap - CONTACT_IMPULSE_GAP * touch_distance(c, touch);
-    if (!moves(c, touch) && room >= motion) {
+    double room = group->gap - CONTACT_IMPULSE_GAP * group->dhat;
+    if (!c->def->obstacles[owner % c->def->obstacle_count].moves && room >= motion) {
         return false;
     }
     if (rests) {

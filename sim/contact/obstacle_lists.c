@@ -154,6 +154,9 @@ static void query_group(Contact *c, const Points *x, int g, int o, double dt) {
     group->count = c->touch_end - group->begin;
     group->earliest = -INFINITY;
     c->touch_count += group->count;
+    if (group->count > 0) {
+        group->dhat = c->def->vertex_distance[c->touches[group->begin].place[0]];
+    }
 }
 
 static bool is_wanted(const GroupTouch *group, bool by_path, double dt) {
@@ -353,10 +356,8 @@ void obstacle_find(Contact *c, double dt) {
     for (int k = 0; k < c->due_group_count; k++) {
         const GroupTouch *group = &c->group_touches[c->due_groups[k]];
         c->statistics.smallest_gap = min2(c->statistics.smallest_gap, group->gap);
-        if (group->count > 0) { /* a group is of one cloth */
-            int place = c->touches[group->begin].place[0];
-            double room = group->gap / c->def->vertex_distance[place];
-            c->at_solids.room = min2(c->at_solids.room, room);
+        if (group->count > 0) {
+            c->at_solids.room = min2(c->at_solids.room, group->gap / group->dhat);
         }
     }
 }

@@ -175,13 +175,15 @@ static double push_rows(const RestJob *job, int owner, int first, int count) {
     Contact *c = job->c;
     Resting *r = &c->resting;
     Vec3 n = r->groups[owner].normal;
-    const Touch *touch = &c->touches[c->group_touches[owner].begin];
-    RestFace face = {{n.x, n.y, n.z},
-                     c->def->vertex_distance[touch->place[0]],
-                     touch_friction(c, touch),
-                     c->at_solids.share,
-                     job->dt,
-                     job->share * job->dt};
+    const GroupTouch *group = &c->group_touches[owner];
+    int obstacle = owner % c->def->obstacle_count;
+    double own = c->def->obstacles[obstacle].friction;
+    RestFace face = {.normal = {n.x, n.y, n.z},
+                     .dhat = group->dhat,
+                     .friction = own >= 0.0 ? own : touch_friction(c, &c->touches[group->begin]),
+                     .stiffness = c->at_solids.share,
+                     .dt = job->dt,
+                     .share_dt = job->share * job->dt};
     RestRows rows;
     int vectors = (count + REST_VECTOR - 1) / REST_VECTOR;
     for (int k = 0; k < count; k++) {
@@ -192,7 +194,7 @@ static double push_rows(const RestJob *job, int owner, int first, int count) {
     double approach = 0.0;
     for (int k = 0; k < count; k++) {
         int place = r->place[first + k];
-        double *bristle = contact_vertex_bristle(c, place, touch->obstacle);
+        double *bristle = contact_vertex_bristle(c, place, obstacle);
         bool pushes = rows.distance[k] < face.dhat;
         bool alone = pushes && !c->is_touched[place];
         ContactForce force = force_of(&rows, k, n);

@@ -30,9 +30,10 @@ typedef struct Touch {
 /* A group at an obstacle: the same rules as for a GroupPair. */
 typedef struct GroupTouch {
     double path, limit, near, speed;
-    double earliest;        /* [m] path at which the first of its touches must be looked at */
-    double gap;             /* [m] smallest distance of those that are near */
-    int begin, count;       /* its touches */
+    double earliest;  /* [m] path at which the first of its touches must be looked at */
+    double gap;       /* [m] smallest distance of those that are near */
+    double dhat;      /* [m] contact distance, where there are touches: a group is of one cloth */
+    int begin, count; /* its touches */
     int looked, near_count; /* at the last look: triangles that were due; touches that are near */
 } GroupTouch;
 
