@@ -54,7 +54,7 @@
     1.3 /* of what the last proof gave: what cannot be had is not looked for */
 #define CONTACT_QUIET_LEAST_STEPS 6.0 /* that it must hold, or the lists are made */
 #define CONTACT_QUIET_FOLD_STEPS 30.0 /* less is worth a look at single rows of cells */
-#define CONTACT_QUIET_COST 25.0       /* of a proof, in looks at the spread of neighbours */
+#define CONTACT_QUIET_COST 20.0       /* of a proof, in looks at the spread of neighbours */
 #define CONTACT_QUIET_RETRY 64.0      /* steps until the next try */
 #define CONTACT_VERTEX_GRAIN 512      /* vertices that a thread takes at once, likewise */
 #define CONTACT_FORCE_GRAIN 256       /* contacts whose forces a thread finds at once, some 10 us */

@@ -57,9 +57,8 @@ static int lines_between(int a, int b, int level, int nodes, bool wrap) {
 }
 
 /* [m] how far neighbours in these blocks may move against each other: in a rectangle */
-static double flat_room(const SurfacePanel *panel, const Slopes *const part[], int count) {
-    double spare = slopes_least(part, count) - panel->distance / surface_lattice_altitude(panel);
-    return spare / sqrt(1.0 / (panel->h1 * panel->h1) + 1.0 / (panel->h2 * panel->h2));
+static double flat_room(const QuietPanel *panel, const Slopes *const part[], int count) {
+    return panel->motion * (slopes_least(part, count) - panel->least);
 }
 
 /* ... the 2 x 2 blocks between two corners, or fewer */
@@ -73,7 +72,7 @@ static double corner_room(const Proof *p, BlockRef a, BlockRef b) {
         BlockRef corner = {a.panel, a.level, k & 1 ? b.i : a.i, k & 2 ? b.j : a.j};
         part[count++] = &block_of(p, corner)->slopes;
     }
-    return flat_room(&p->c->surface.panels[a.panel], part, count);
+    return flat_room(&p->c->quiet.panels[a.panel], part, count);
 }
 
 /* ... all blocks from one to another, where these are few; else none */
@@ -90,7 +89,7 @@ static double bridge_room(const Proof *p, BlockRef a, BlockRef b) {
             part[count++] = &block_of(p, between)->slopes;
         }
     }
-    return flat_room(&p->c->surface.panels[a.panel], part, count);
+    return flat_room(&p->c->quiet.panels[a.panel], part, count);
 }
 
 /* first of two neighbours in a row, which may run around */
@@ -161,7 +160,7 @@ static int find_strips(const Proof *p, BlockRef a, BlockRef b, int axis, Strip s
 }
 
 /* [m] of strips that follow each other */
-static double strips_room(const SurfacePanel *panel, const Strip *strip, int count) {
+static double strips_room(const QuietPanel *panel, const Strip *strip, int count) {
     const Slopes *part[2 * FOLD_STRIPS];
     int parts = 0;
     for (int k = 0; k < count; k++) {
@@ -180,7 +179,8 @@ static Proof prove_folded(const Proof *p, BlockRef a, BlockRef b, int axis) {
     int count = find_strips(p, a, b, axis, strip);
     int width = count > FOLD_STRIPS ? FOLD_STRIPS : count < FOLD_STRIPS ? count : FOLD_STRIPS - 1;
     for (int k = 0; k + width <= count && !trial.fails; k++) {
-        take(&trial, &trial.near_room, strips_room(panel, strip + k, width), p->near_motion, true);
+        double room = strips_room(&p->c->quiet.panels[a.panel], strip + k, width);
+        take(&trial, &trial.near_room, room, p->near_motion, true);
     }
     for (int k = 0; k < count; k++) {
         for (int m = k + width; m < count && !trial.fails; m++) {
@@ -254,17 +254,18 @@ static int children_of(const Proof *p, BlockRef a, bool split, BlockRef child[4]
     return count;
 }
 
-static void prove_pair(Proof *p, BlockRef a, BlockRef b) {
-    bool same = a.panel == b.panel && a.level == b.level && a.i == b.i && a.j == b.j;
-    if (p->fails || (are_neighbours(p, a, b) ? prove_flat(p, a, b) : prove_apart(p, a, b))) {
+/* by address: copies of what was just put together wait for it */
+static void prove_pair(Proof *p, const BlockRef *a, const BlockRef *b) {
+    bool same = a->panel == b->panel && a->level == b->level && a->i == b->i && a->j == b->j;
+    if (p->fails || (are_neighbours(p, *a, *b) ? prove_flat(p, *a, *b) : prove_apart(p, *a, *b))) {
         return;
     }
     BlockRef of_a[4], of_b[4];
-    int in_a = children_of(p, a, a.level > 0 && a.level >= b.level, of_a);
-    int in_b = children_of(p, b, b.level > 0 && b.level >= a.level, of_b);
+    int in_a = children_of(p, *a, a->level > 0 && a->level >= b->level, of_a);
+    int in_b = children_of(p, *b, b->level > 0 && b->level >= a->level, of_b);
     for (int k = 0; k < in_a; k++) {
         for (int m = same ? k : 0; m < in_b; m++) {
-            prove_pair(p, of_a[k], of_b[m]);
+            prove_pair(p, &of_a[k], &of_b[m]);
         }
     }
 }
@@ -301,7 +302,8 @@ static void prove_all(Proof *p) {
         for (int b = a; b < surface->panel_count; b++) {
             bool meet = b < c->def->panel_count ? c->def->self : c->pairs_wanted;
             if (meet && c->quiet.panels[b].level_count > 0) {
-                prove_pair(p, root_of(c, a), root_of(c, b));
+                BlockRef of_a = root_of(c, a), of_b = root_of(c, b);
+                prove_pair(p, &of_a, &of_b);
             }
         }
         for (int o = 0; o < c->def->obstacle_count; o++) {

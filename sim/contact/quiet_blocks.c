@@ -17,6 +17,9 @@ QuietPanel *quiet_blocks_create(const Surface *surface, Arena *arena) {
         int across = surface->first_group[p + 1] - surface->first_group[p], along = across > 0;
         if (lattice) {
             across = surface->blocks[2 * p], along = surface->blocks[2 * p + 1];
+            const SurfacePanel *of = &surface->panels[p];
+            panel->least = of->distance / surface_lattice_altitude(of);
+            panel->motion = 1.0 / sqrt(1.0 / (of->h1 * of->h1) + 1.0 / (of->h2 * of->h2));
             panel->strips = arena_push(arena, QuietStrips, across * along);
             panel->cut = arena_push(arena, unsigned char, across *along);
         }

@@ -28,6 +28,9 @@ typedef struct QuietLevel {
 typedef struct QuietPanel {
     int level_count; /* the last one has one block; 0: no triangles */
     QuietLevel level[QUIET_MOST_LEVELS];
+    /* on lattices */
+    double least;        /* slope at which features without a common vertex may touch */
+    double motion;       /* [m] of neighbours against each other that changes a slope by 1 */
     QuietStrips *strips; /* (leaves) on lattices, of those that were cut */
     unsigned char *cut;  /* (leaves) bit of each axis along which it was */
 } QuietPanel;
