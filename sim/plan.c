@@ -15,7 +15,8 @@ static Cost estimate(const Sim *sim) {
     double duration = (sim->scene->film.frame_count - 1) / sim->scene->film.rate;
     bool implicit = sim->stepper->implicit;
     Cost cost = {.megabytes = 2.0 + 8e-6 * (double)sim->arena.bytes_peak / 8.0};
-    double limit = implicit ? CHOOSE_IMPLICIT_STEP : solver->courant * system_stable_step(system);
+    double stable = sim->stepper->scales ? system_scaled_step(system) : system_stable_step(system);
+    double limit = implicit ? CHOOSE_IMPLICIT_STEP : solver->courant * stable;
     bool given = solver->step > 0.0;
     cost.step = given && (implicit || solver->step < limit) ? solver->step : limit;
     cost.seconds = duration / cost.step *
@@ -168,8 +169,9 @@ void plan_print_summary(const Sim *sim, FILE *out, bool json) {
     }
     fprintf(out, "sim: damping inside the fabric took %.3g J, of the mass and by air %.3g J",
             t->fabric, t->drag);
-    if (sim->stepper->implicit) {
-        fprintf(out, ", the implicit steps %.3g J", t->numerical);
+    if (t->numerical != 0.0) {
+        fprintf(out, ", %s %.3g J",
+                sim->stepper->implicit ? "the implicit steps" : "scaled inertia", t->numerical);
     }
     fputc('\n', out);
 }

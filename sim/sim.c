@@ -206,7 +206,7 @@ typedef struct Kept {
     int64_t count;
 } Kept;
 
-enum { KEPT_COUNT = 12 };
+enum { KEPT_COUNT = 15 };
 /* the states file keeps a PairMemory as so many doubles, bit by bit */
 #define PAIR_DOUBLES ((int64_t)(sizeof(PairMemory) / sizeof(double)))
 
@@ -223,7 +223,10 @@ static void list_kept(const Sim *sim, Kept kept[KEPT_COUNT]) {
         {"step.x_before", s->x_before, before ? places : 0},
         {"step.v_before", s->v_before, before ? places : 0},
         {"step.calm", (double *)&s->calm, 1},
+        {"step.scaled", (double *)&s->scaled, 1},
+        {"step.hidden", (double *)&s->hidden, 1},
         {"step.approach", (double *)&s->contact.approach, 1},
+        {"step.unguarded", (double *)&s->unguarded, 1},
         {"step.stiffness", (double *)&s->contact.stiffness, 1},
         {"step.solid_stiffness", (double *)&s->contact.solid_stiffness, 1},
         {"step.clocks", s->contact.clocks, obstacles},

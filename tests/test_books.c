@@ -32,7 +32,7 @@ static Book keep_book(const char *text, double seconds, int threads) {
     while (play.sim.state.time < seconds - 1e-9) {
         play_to(&play, play.sim.state.time + 1e-3);
         book.given += s->work;
-        book.taken += s->friction + s->damping + s->guard + s->sides;
+        book.taken += s->friction + s->damping + s->guard + s->sides + s->numerical;
         book.fabric += s->fabric;
         book.drag += s->drag;
         book.fall = fmax(book.fall, high - s->gravity);

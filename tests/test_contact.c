@@ -175,13 +175,15 @@ static void test_capstan(void **unused) {
                    play.sim.state.x + 3 * (size_t)system->handles[h].places[i], 3 * sizeof(double));
         }
     }
-    play_to(&play, 0.8);
     double tension[2] = {0, 0};
-    for (int side = 0; side < 2; side++) {
-        for (int i = 3; i < 18; i++) {
-            int a = 2 * 91 + (side == 0 ? i : 90 - i), b = side == 0 ? a + 1 : a - 1;
-            double length = vec3_length(vec3_sub(play_x(&play, b), play_x(&play, a))) / 0.004;
-            tension[side] += 0.5 * (length * length - 1.0) * length;
+    for (int frame = 20; frame <= 40; frame++) { /* means, since slipping shakes the strip */
+        play_to(&play, 0.02 * frame);
+        for (int side = 0; side < 2; side++) {
+            for (int i = 3; i < 18; i++) {
+                int a = 2 * 91 + (side == 0 ? i : 90 - i), b = side == 0 ? a + 1 : a - 1;
+                double length = vec3_length(vec3_sub(play_x(&play, b), play_x(&play, a))) / 0.004;
+                tension[side] += 0.5 * (length * length - 1.0) * length;
+            }
         }
     }
     double exponent = log(tension[1] / tension[0]);
@@ -271,7 +273,7 @@ static void test_heap(void **unused) {
             play_to(&play, (f + 1) / 30.0);
             crossings += threads == 1 ? play_crossings(&play) : 0;
             const Statistics *s = &sim->statistics;
-            lost += s->friction + s->damping + s->guard + s->sides;
+            lost += s->friction + s->damping + s->guard + s->sides + s->numerical;
             double now = s->kinetic + s->elastic + s->gravity + s->contact + lost;
             start = f == 0 ? now : start;
             worst = fmax(worst, fabs(now - start));

@@ -173,7 +173,9 @@ static void test_layers(void **unused) {
         now = s->kinetic + s->elastic + s->gravity + s->contact;
         start = f == 1 ? now : start;
         high = f == 1 ? s->gravity : high;
-        lost += f == 1 ? 0.0 : s->friction + s->damping + s->guard + s->sides + s->fabric + s->drag;
+        lost += f == 1 ? 0.0
+                       : s->friction + s->damping + s->guard + s->sides + s->fabric + s->drag +
+                             s->numerical;
     }
     CHECK_AT_MOST((double)crossings, 0.0);
     CHECK_NEAR((now + lost - start) / (high - s->gravity), 0.0, 0.04);

@@ -450,7 +450,7 @@ static void sweep_case(const Case *c, const ClothModel *model) {
             Lanes lanes;
             SweepLattice lattice;
             sweep_setup(&f, &f.arena, &lanes, &lattice, slots);
-            SweepKick kick = {1.0, {0, 0, 0}, 1.0, {NULL, NULL}};
+            SweepKick kick = {1.0, {0, 0, 0}, 1.0, {NULL, NULL}, NULL};
             double *buffer =
                 arena_push(&f.arena, double, SWEEP_BUFFER_ROWS *lattice.stride + LANE_MARGIN);
             int middle = cut == 0 ? lattice.nv : cut;

@@ -112,7 +112,8 @@ static void rig_make(Rig *r, bool sleeve, Vec3 centre) {
 
 static bool rig_begin(Rig *r) {
     ContactMotion motion = {rig_fastest, rig_mark, rig_spread, rig_relative, r};
-    contact_begin(r->contact, (ContactView){&r->lanes, r->slot, r->held, motion}, &r->memory, STEP);
+    contact_begin(r->contact, (ContactView){&r->lanes, r->slot, r->held, 1.0, motion}, &r->memory,
+                  STEP);
     return r->contact->quiet.holds;
 }
 

@@ -94,6 +94,19 @@ static void test_stretched(void **unused) {
     arena_free(&p.arena);
 }
 
+/* forces and impulses of a kick of `share` dt */
+static void kick_sides(Patch *p, double dt, double share) {
+    sides_push(&p->sides, &p->lanes, share * dt);
+    for (int i = 0; i < NU * NV; i++) {
+        int s = slot_of(p, i);
+        for (int a = 0; a < 3; a++) {
+            p->lanes.v[a][s] += share * dt * p->lanes.weight[s] * p->lanes.f[a][s];
+        }
+    }
+    sides_clear(&p->sides, &p->lanes);
+    sides_hold(&p->sides, &p->lanes, dt, share, NULL);
+}
+
 static Vec3 momentum(const Patch *p, Vec3 *angular) {
     Vec3 sum = {0, 0, 0};
     *angular = sum;
@@ -118,7 +131,7 @@ static void test_impulses(void **unused) {
     for (int share = 1; share <= 2; share++) {
         sides_find(&p.sides, &p.lanes, p.held, true);
         assert_int_equal(p.sides.count, 1);
-        sides_hold(&p.sides, &p.lanes, dt, 0.5 * share);
+        kick_sides(&p, dt, 0.5 * share);
         const LongSide *side = p.sides.list;
         double growth = (excess_after(&p, side, 1e-9) - excess_after(&p, side, -1e-9)) / 2e-9;
         double law = 0.5 * share * dt * side->stiffness * (side->excess + dt * growth);
@@ -126,14 +139,14 @@ static void test_impulses(void **unused) {
     }
     p.lanes.x[0][slot_of(&p, 3)] += 0.3 * SPACING1;
     sides_find(&p.sides, &p.lanes, p.held, true);
-    sides_hold(&p.sides, &p.lanes, dt, 1.0);
+    kick_sides(&p, dt, 1.0);
     double yields = dt * p.sides.list->stiffness * SIDE_BOUND_MOST * SPACING1;
     CHECK_NEAR(p.sides.list->impulse / yields, 1.0, 1e-12);
     arena_free(&p.arena);
     patch_make(&p, 0.95, 4e-3);
     sides_find(&p.sides, &p.lanes, p.held, true);
     Vec3 angular[2], before = momentum(&p, &angular[0]);
-    sides_hold(&p.sides, &p.lanes, dt, 1.0);
+    kick_sides(&p, dt, 1.0);
     double taken = sides_work(&p.sides, &p.lanes);
     Vec3 after = momentum(&p, &angular[1]);
     assert_true(taken != 0.0);
@@ -153,7 +166,7 @@ static void test_seen(void **unused) {
         patch_make(&p, 1.0, 0.0);
         p.lanes.x[1][slot_of(&p, NU * NV - 1)] += 0.1 * SPACING2;
         double *buffer = arena_push(&p.arena, double, SWEEP_BUFFER_ROWS *STRIDE + LANE_MARGIN);
-        SweepKick kick = {1e-6, {0, 0, 0}, 1.0, p.sides.seen};
+        SweepKick kick = {1e-6, {0, 0, 0}, 1.0, p.sides.seen, NULL};
         if (!sweep_kernel_runs_here(*kernel)) {
             arena_free(&p.arena);
             continue;

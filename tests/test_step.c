@@ -52,7 +52,7 @@ static void run_end(Run *r) {
 static double total_energy(const Run *r) {
     const System *s = &r->bench.system;
     return system_kinetic_energy(s, r->state.v, r->held) + system_elastic_energy(s, r->state.x) +
-           system_gravity_energy(s, r->state.x, r->held);
+           system_gravity_energy(s, r->state.x, r->held) + r->state.hidden;
 }
 
 /* Undamped swings. Held by two corners, the explicit cloth keeps its energy; where the sides
@@ -116,7 +116,9 @@ static void test_membrane_damping(void **unused) {
         double start = total_energy(&r), c = sqrt(1e3 / 0.15);
         double omega = 2.0 * c * cells / 0.4 * sin(0.5 * pi * wave / cells);
         run_to(&r, time);
-        double tau = sweep_membrane_time(cloth->lattice, 0.15, wished[k], r.statistics.step_length);
+        SweepLattice lattice = *cloth->lattice;
+        lattice.scaled = r.state.scaled != 0.0;
+        double tau = sweep_membrane_time(&lattice, 0.15, wished[k], r.statistics.step_length);
         assert_true(k == 0 ? tau == wished[k] : tau < wished[k]);
         CHECK_NEAR(total_energy(&r) / start, exp(-tau * omega * omega * time), 0.01);
         run_end(&r);
@@ -140,6 +142,7 @@ static double kept_by_bending(const char *model, double damping) {
     for (int i = 0; i < r.bench.system.node_count; i++) {
         r.state.v[3 * i + 2] = 1e-3 * cos(pi * wave * (i % (cells + 1)) / cells);
     }
+    run_to(&r, 1e-3); /* as short waves have more inertia than their masses (inertia.h) */
     double start = total_energy(&r);
     run_to(&r, 0.2);
     double kept = total_energy(&r) / start;

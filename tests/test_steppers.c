@@ -84,7 +84,7 @@ static void end(Run *r) {
 static double energy_of(const Run *r) {
     const System *s = &r->bench.system;
     return system_kinetic_energy(s, r->state.v, r->held) + system_elastic_energy(s, r->state.x) +
-           system_gravity_energy(s, r->state.x, r->held);
+           system_gravity_energy(s, r->state.x, r->held) + r->state.hidden;
 }
 
 /* a soft sheet of 6 x 6 nodes that falls from 60 degrees, so that steps can vary widely */

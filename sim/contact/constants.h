@@ -15,13 +15,15 @@
 #define CONTACT_MOST_STIFFNESS 0.8      /* at solids: no inertia for one contact of a vertex */
 #define CONTACT_MOST_SELF_STIFFNESS 3.2 /* between cloths */
 #define CONTACT_FULL_STEP_STIFFNESS 0.8 /* more needs a shorter step; 1.6 shakes fine tubes apart */
-#define CONTACT_MESH_STIFFNESS 0.4      /* most at meshes, where it follows the step */
-#define CONTACT_DAMPING 0.1 /* of critical, along the normal; 0.2 pumps with many pairs */
+#define CONTACT_CROWDED 0.05 /* pairs of cloth for a vertex: a drape has 0.03, folds on folds 0.5 */
+#define CONTACT_MESH_STIFFNESS 0.4 /* most at meshes, where it follows the step */
+#define CONTACT_DAMPING 0.1        /* of critical, along the normal; 0.2 pumps with many pairs */
 #define CONTACT_SELF_DAMPING 0.05
-#define CONTACT_LOG_BELOW 0.5    /* of dhat: the law turns logarithmic */
-#define CONTACT_LEAST_GAP 1e-6   /* of dhat: keeps the logarithm finite; the guard keeps 0.02 */
-#define CONTACT_STABLE_SHARE 1.4 /* of 4 = dt^2 lambda: what the membrane leaves at courant 0.8 */
-#define CONTACT_PARALLEL 0.01    /* sine^2 below which pairs of edges lose stiffness */
+#define CONTACT_LOG_BELOW 0.5      /* of dhat: the law turns logarithmic */
+#define CONTACT_LEAST_GAP 1e-6     /* of dhat: keeps the logarithm finite; the guard keeps 0.02 */
+#define CONTACT_STABLE_SHARE 1.4   /* of 4 = dt^2 lambda: what the membrane leaves at courant 0.8 */
+#define CONTACT_STABLE_SCALED 1.95 /* the same with scaled inertia: waves at the limit are short */
+#define CONTACT_PARALLEL 0.01      /* sine^2 below which pairs of edges lose stiffness */
 
 #define CONTACT_FROZEN_SHARE 0.02 /* of dhat: motion of a vertex that leaves its normal */
 #define CONTACT_LEVEL 1e-6 /* of dhat: a corner that is lowest by less needs no exact search */

@@ -46,7 +46,18 @@ double contact_longest_step(const ContactDef *def, const ContactMemory *memory) 
     if (memory->stiffness <= 0.0) {
         return INFINITY;
     }
-    return min2(1.0, sqrt(CONTACT_FULL_STEP_STIFFNESS / memory->stiffness)) * def->reference_step;
+    return sqrt(CONTACT_FULL_STEP_STIFFNESS / memory->stiffness) * def->reference_step;
+}
+
+bool contact_is_crowded(const ContactDef *def, const ContactMemory *memory) {
+    int pairs = 0;
+    for (int k = memory->touch_count; k < memory->pair_count; k++) {
+        const int *place = memory->pairs[k].place;
+        int other = place[3] < 0 ? -1 - place[3] : place[3];
+        pairs += place[0] < def->vertex_count && other < def->vertex_count;
+    }
+    return memory->stiffness > CONTACT_SELF_STIFFNESS ||
+           pairs > CONTACT_CROWDED * def->vertex_count;
 }
 
 /* ---- creation ---- */
@@ -331,7 +342,8 @@ void contact_begin(Contact *c, ContactView view, const ContactMemory *memory, do
     mesh_begin(c);
     c->step_count = 0.0;
     c->at_cloth = (Stiffness){max2(memory->stiffness, CONTACT_SELF_STIFFNESS), 0.0, INFINITY};
-    c->at_solids = (Stiffness){max2(memory->solid_stiffness, CONTACT_STIFFNESS), 0.0, INFINITY};
+    double share = max2(memory->solid_stiffness, CONTACT_STIFFNESS) * view.stiffer;
+    c->at_solids = (Stiffness){share, 0.0, INFINITY};
     if (!become_quiet(c, dt)) {
         make_lists(c, dt);
     }
@@ -360,12 +372,12 @@ static void adapt_all(Contact *c, ContactMemory *memory) {
                               self_energy);
     }
     if (c->def->obstacle_count > 0) {
-        s->stiffened +=
-            adapt(c, &c->at_solids, CONTACT_STIFFNESS, CONTACT_MOST_STIFFNESS, obstacle_energy);
+        s->stiffened += adapt(c, &c->at_solids, CONTACT_STIFFNESS * c->view.stiffer,
+                              CONTACT_MOST_STIFFNESS * c->view.stiffer, obstacle_energy);
     }
     s->guard -= s->stiffened;
     memory->stiffness = c->at_cloth.share;
-    memory->solid_stiffness = c->at_solids.share;
+    memory->solid_stiffness = c->at_solids.share / c->view.stiffer;
 }
 
 void contact_end(Contact *c, ContactMemory *memory) {

@@ -64,6 +64,9 @@ typedef struct ContactView {
     const Lanes *lanes;
     const int *slot;           /* (vertex_count) */
     const unsigned char *held; /* (vertex_count) 1: moved by a handle, not by forces */
+    double
+        stiffer; /* 1: times the share of m / step^2 at obstacles; more under scaled inertia, whose steps are
+                       so much longer and bear it */
     ContactMotion motion;
 } ContactView;
 
@@ -111,6 +114,9 @@ double contact_next_clock(const ContactObstacle *obstacle, double clock, double 
 
 /* [s] the longest explicit step that the stiffness between cloths bears, or INFINITY. */
 double contact_longest_step(const ContactDef *def, const ContactMemory *memory);
+
+/* Does much of the cloth lie on cloth, or is it pressed on cloth harder than the law bears? */
+bool contact_is_crowded(const ContactDef *def, const ContactMemory *memory);
 
 /* [s] from when on an obstacle stands still: its motion, and the frames of its mesh. */
 double contact_motion_end(const ContactObstacle *obstacle);

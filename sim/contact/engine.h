@@ -163,7 +163,8 @@ static inline double contact_mobility(const Contact *c, int place) {
 
 /* [kg] that a crowded vertex has at least in a kick */
 static inline double contact_inertia(const Contact *c, double stiffness) {
-    return stiffness * c->step * c->step / CONTACT_STABLE_SHARE;
+    bool scaled = c->view.stiffer > 1.0;
+    return stiffness * c->step * c->step / (scaled ? CONTACT_STABLE_SCALED : CONTACT_STABLE_SHARE);
 }
 
 /* c->motion of the groups of the vertices that the guard changed. */

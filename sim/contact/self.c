@@ -247,7 +247,8 @@ static double pair_mass(const Contact *c, const Pair *pair) {
 static double pair_stiffness(const Contact *c, const Pair *pair, double dt) {
     bool at_mesh = pair_obstacle(c, pair) >= 0;
     double step = at_mesh ? dt : c->def->reference_step;
-    double share = at_mesh ? min2(c->at_cloth.share, CONTACT_MESH_STIFFNESS) : c->at_cloth.share;
+    double share = at_mesh ? min2(c->at_cloth.share, CONTACT_MESH_STIFFNESS) * c->view.stiffer
+                           : c->at_cloth.share;
     return share * pair->soft * pair_mass(c, pair) / (step * step);
 }
 

@@ -39,15 +39,26 @@ void sweep_wrap_rows(const SweepLattice *l, double *const x[3]) {
 /* of tau omega^2 dt of bending or of the membrane: leapfrog wants dt^2 omega^2 + 2 tau omega_b^2 dt < 4 */
 #define DAMPING_SHARE 0.1
 
+/* Largest value of x (1 - g x^2), x = 0 .. 4 the square of a wave number times the spacing: over 4. With
+ * both factors of inertia.h it is not exceeded where waves run along u and v at once. */
+static double membrane_share(const SweepLattice *l) {
+    return l->scaled ? 2.0 / 3.0 / sqrt(3.0 * SWEEP_MASS_SCALING) / 4.0 : 1.0;
+}
+
+/* the same of x^2 (1 - g x^2), over 16 */
+static double bending_share(const SweepLattice *l) {
+    return l->scaled ? 0.25 / SWEEP_MASS_SCALING / 16.0 : 1.0;
+}
+
 /* a quarter of density times the square of the fastest bending frequency [N/m3] */
 static double bending_limit(const SweepLattice *l) {
     double h1 = l->h1 * l->h1, h2 = l->h2 * l->h2;
-    return 4.0 *
+    return 4.0 * bending_share(l) *
            (l->d11 / (h1 * h1) + l->d22 / (h2 * h2) + (2.0 * l->d12 + 4.0 * l->d66) / (h1 * h2));
 }
 
 static double membrane_limit(const SweepLattice *l) {
-    return fmax(l->c11 / (l->h1 * l->h1), l->c22 / (l->h2 * l->h2));
+    return membrane_share(l) * fmax(l->c11 / (l->h1 * l->h1), l->c22 / (l->h2 * l->h2));
 }
 
 double sweep_stable_step(const SweepLattice *l, double density) {

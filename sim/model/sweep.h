@@ -26,7 +26,12 @@ typedef struct SweepLattice {
     bool bounded;              /* sides of cells (side_bound.h), which the sweep leaves to others */
     bool rest;                 /* the sweep adds the moments of the rest curvature (wrapped only) */
     double rest1, rest2;       /* [1/m] rest curvature along u, v */
+    bool scaled;               /* selective mass scaling (sim/step/inertia.h) */
 } SweepLattice;
+
+/* g of inertia.h: the longer the step, the slower waves of a few nodes; 1/16 would stop the shortest. */
+#define SWEEP_MASS_SCALING 0.05
+#define SWEEP_LEAST_SCALED 5 /* nodes along u and v */
 
 /* A side may be longer than the cell's own stretch (or its rest length) by this share. */
 #define SWEEP_SIDE_EXCESS 0.02
@@ -39,10 +44,11 @@ typedef struct SweepSides {
 
 /* What one kick does besides the forces: v <- (v + dt (f / m + push)) * keep. */
 typedef struct SweepKick {
-    double dt;        /* [s]; v += dt f / m */
-    Vec3 push;        /* [m/s2] gravity and wind drag */
-    double keep;      /* 1 / (1 + dt * (damping + drag / density)) */
-    SweepSides sides; /* out */
+    double dt;            /* [s]; v += dt f / m */
+    Vec3 push;            /* [m/s2] gravity and wind drag */
+    double keep;          /* 1 / (1 + dt * (damping + drag / density)) */
+    SweepSides sides;     /* out */
+    double *const *moved; /* [m/s] (3) lanes, out: the changes of v; NULL: not asked for */
 } SweepKick;
 
 typedef struct SweepDrift {
@@ -80,7 +86,7 @@ const SweepKernel *sweep_kernel_best(void);             /* of vector_best() */
 void sweep_wrap_rows(const SweepLattice *lattice, double *const x[3]);
 
 /* [s] stability limit: 1 / sqrt(1/d1^2 + 1/d2^2) of the membrane and bending limits
- * (explicit.md 2), for `density` [kg/m2]. */
+ * (explicit.md 2), for `density` [kg/m2]; 1.52 times longer when scaled. */
 double sweep_stable_step(const SweepLattice *lattice, double density);
 
 /* [s] times tau by which curvature and stretch may be taken ahead of the motion, at x + tau v: a

@@ -333,9 +333,19 @@ static void kick_row(const SweepLattice *l, const Lanes *lanes, const SweepKick 
     const double *restrict force = row_force;
     double dt = kick->dt, keep = kick->keep;
     double push = dt * (c == 0 ? kick->push.x : c == 1 ? kick->push.y : kick->push.z);
+    if (!kick->moved) {
+        VECTOR_LOOP
+        for (int i = 0; i < l->nu; i++) {
+            v[i] = (v[i] + (dt * weight[i] * (force[i] + outside[i]) + push)) * keep;
+        }
+        return;
+    }
+    double *restrict moved = kick->moved[c] + at;
     VECTOR_LOOP
     for (int i = 0; i < l->nu; i++) {
-        v[i] = (v[i] + (dt * weight[i] * (force[i] + outside[i]) + push)) * keep;
+        double before = v[i];
+        v[i] = (before + (dt * weight[i] * (force[i] + outside[i]) + push)) * keep;
+        moved[i] = v[i] - before;
     }
 }
 

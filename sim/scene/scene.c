@@ -38,6 +38,7 @@ SolverDef solver_default(void) {
                        .tolerance = 1e-5,
                        .sweeps = 20,
                        .self_contact = true,
+                       .mass_scaling = true,
                        .lag = 1.0};
 }
 
@@ -112,6 +113,9 @@ static const Field solver_fields[] = {
      .max = 1000, .help = "of an implicit step"},
     {"courant", FIELD_NUMBER, offsetof(SolverDef, courant), .unit = "", .min = 0.01, .max = 1.0,
      .help = "explicit step / its stability limit"},
+    {"mass_scaling", FIELD_BOOL, offsetof(SolverDef, mass_scaling),
+     .help = "central, symplectic_euler: more inertia for the shortest waves of a lattice, and "
+             "longer steps"},
     {"tolerance", FIELD_NUMBER, offsetof(SolverDef, tolerance), .unit = "m", .min = 1e-12,
      .max = 0.1, .help = "rk45: how far the error of a step may carry a node within a frame"},
     {"sweeps", FIELD_COUNT, offsetof(SolverDef, sweeps), .min = 1, .max = 10000,

@@ -165,6 +165,7 @@ typedef struct SolverDef {
     double contact_distance; /* [m] kept from obstacles and other cloth; 0 = by the thickness */
     bool self_contact;       /* cloth meets itself and other cloth; true */
     bool impulses;           /* contact by impulses, not by a force law; false */
+    bool mass_scaling;       /* of the shortest waves of lattices; true */
     double lag; /* [s] an obstacle that pinched cloth keeps further behind ends the run; 1 s */
 } SolverDef;
 

@@ -15,6 +15,13 @@
 #define CALM_TREMBLE 1e-7
 #define CALM_SECONDS 0.5
 
+/* Inertia is scaled where steps become so much longer. */
+#define SCALING_LEAST_GAIN 1.15
+/* ... when the guard has rested for so long [s]; an interval is done again without where it changes so many
+ * velocities in a step */
+#define SCALING_AFTER 0.05
+#define SCALING_MOST_GUARDED 0.1
+
 /* of the stability limit: what is faster is stopped by the guard, without bounce */
 #define LEAST_CONTACT_SHARE 0.15
 
@@ -97,20 +104,32 @@ static bool is_good(const System *system, const ExplicitResult *result) {
     return result->finite && !result->contact.rejected && result->energy_gain <= allowed;
 }
 
-/* [s] to begin with */
-static double longest_step(const System *system, const Central *central, const State *state,
+/* [s] what contact and the scene allow */
+static double allowed_step(const System *system, const Central *central, const State *state,
                            double interval) {
-    const SolverDef *solver = &system->scene->solver;
-    double limit = explicit_limit(central->engine), longest = solver->courant * limit;
-    if (solver->step > 0.0) {
-        longest = fmin(longest, solver->step);
-    }
+    double given = system->scene->solver.step, longest = given > 0.0 ? given : INFINITY;
     if (system->contact.impulses) { /* which stop impacts of any speed */
         return longest;
     }
-    double least = LEAST_CONTACT_SHARE * limit;
+    double least = LEAST_CONTACT_SHARE * explicit_limit(central->engine, false);
     longest = fmin(longest, fmax(contact_step(system, state, interval), least));
     return fmin(longest, contact_longest_step(&system->contact, &state->contact));
+}
+
+/* May inertia be scaled in an interval? Not where cloth is crowded, since that acts on single vertices; nor
+ * is it of use where other bounds on the step are shorter. */
+static bool scales(const System *system, const Central *central, const State *state,
+                   double allowed) {
+    double limit = explicit_limit(central->engine, false);
+    double scaled = explicit_limit(central->engine, true);
+    double gain = fmin(allowed / system->scene->solver.courant, scaled) / limit;
+    return gain > SCALING_LEAST_GAIN && state->unguarded >= SCALING_AFTER &&
+           !contact_is_crowded(&system->contact, &state->contact);
+}
+
+/* velocities that the guard changed */
+static double guarded(const ExplicitResult *result) {
+    return result->contact.impulses + result->contact.truncations;
 }
 
 static bool say_why(const System *system, const Central *central, const State *state,
@@ -155,6 +174,7 @@ static void record(const System *system, const State *state, const ExplicitRun *
     s->damping += result->contact.damping;
     s->guard += result->contact.guard;
     s->sides += result->sides;
+    s->numerical += result->inertia;
     s->fabric += result->fabric;
     s->drag += result->drag;
     s->approach = result->contact.approach;
@@ -227,16 +247,26 @@ static bool advance(const System *system, void *data, State *state, double time_
         return true;
     }
     double interval = time_end - state->time;
-    double longest = longest_step(system, central, state, interval);
+    double allowed = allowed_step(system, central, state, interval);
+    bool scaled = scales(system, central, state, allowed);
+    double courant = system->scene->solver.courant;
+    double longest = fmin(allowed, courant * explicit_limit(central->engine, scaled));
     ExplicitResult result = {0};
     for (int halvings = 0; halvings <= STEP_MAX_HALVINGS; halvings++) {
         ExplicitRun run = {.steps = (int)fmax(1.0, ceil(interval / longest - 1e-9))};
         run.dt = interval / run.steps;
+        run.scaled = scaled && run.dt > courant * explicit_limit(central->engine, false);
         run.symplectic_euler = central->symplectic_euler;
         state_copy(system, &central->trial, state);
         result = explicit_interval(central->engine, &run, &central->trial);
         if (step_interrupted) {
             return error_set(error, EXIT_INTERRUPTED, "interrupted");
+        }
+        if (run.scaled && guarded(&result) > SCALING_MOST_GUARDED * result.steps) {
+            scaled = false;
+            longest = fmin(longest, courant * explicit_limit(central->engine, false));
+            statistics->retries++;
+            continue;
         }
         if (is_good(system, &result)) {
             double calm = calm_after(system, central, state, &central->trial, interval);
@@ -244,6 +274,7 @@ static bool advance(const System *system, void *data, State *state, double time_
             state->time = time_end;
             state->step_before = 0.0;
             state->calm = calm;
+            state->unguarded = guarded(&result) > 0.0 ? 0.0 : state->unguarded + interval;
             record(system, state, &run, &result, statistics);
             return true;
         }
@@ -256,6 +287,7 @@ static bool advance(const System *system, void *data, State *state, double time_
 const Stepper stepper_central = {
     .name = "central",
     .about = "central differences (velocity Verlet) at 0.8 of the stability limit",
+    .scales = true,
     .limits = true,
     .history = true,
     .create = create,
@@ -265,6 +297,7 @@ const Stepper stepper_central = {
 const Stepper stepper_symplectic_euler = {
     .name = "symplectic_euler",
     .about = "whole kicks and drifts in turn, first order, with contact",
+    .scales = true,
     .limits = true,
     .history = true,
     .create = create_symplectic_euler,

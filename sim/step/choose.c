@@ -142,7 +142,7 @@ const Stepper *stepper_choose(const System *system, const char **why) {
         *why = "the film shows but the end, long after the cloth has settled";
         return &stepper_static;
     }
-    double limit = solver->courant * system_stable_step(system);
+    double limit = solver->courant * system_scaled_step(system);
     bool shorter = solver->step > 0.0 && solver->step < limit;
     double explicit_rate = choose_explicit_cost(system) / (shorter ? solver->step : limit);
     double long_step = solver->step > 0.0 ? solver->step : CHOOSE_IMPLICIT_STEP;

@@ -28,8 +28,10 @@ Damping damping_create(const System *system, const DampingView *view) {
     return d;
 }
 
-void damping_start(Damping *d, double time, double dt) {
-    d->step = lround(time / dt);
+void damping_start(Damping *d, double time, double dt, int steps) {
+    d->first = lround(time / dt);
+    d->step = d->measured = 0;
+    d->steps = steps;
     d->fabric = d->drag = 0.0;
     for (int a = 0; a < 3; a++) {
         d->ahead.bent[a] = d->view.lanes->bent[a];
@@ -100,13 +102,23 @@ static void find_by_model(Damping *d, int c) {
     }
 }
 
+/* is this step measured? */
+static bool draws_step(Damping *d) {
+    int spans = (d->steps + DAMPING_SPAN - 1) / DAMPING_SPAN;
+    spans = spans > DAMPING_LEAST_SPANS ? spans : DAMPING_LEAST_SPANS;
+    int span = (d->steps + spans - 1) / spans, at = d->step++, first = at - at % span;
+    int count = first + span < d->steps ? span : d->steps - first;
+    if (at == first) {
+        double drawn = 0.5 + 0.5 * hash_random(STREAM, (uint64_t)(d->first + first));
+        d->measured = first + (int)(count * drawn);
+    }
+    d->span = at == d->measured ? count : 0;
+    return d->span > 0;
+}
+
 void damping_before(Damping *d) {
     const System *system = d->system;
-    long stride = d->step / DAMPING_STRIDE;
-    double drawn = 0.5 + 0.5 * hash_random(STREAM, (uint64_t)stride);
-    d->measures = d->step % DAMPING_STRIDE == (long)(DAMPING_STRIDE * drawn);
-    d->step++;
-    if (!d->measures) {
+    if (!draws_step(d)) {
         return;
     }
     size_t bytes = (size_t)d->view.lanes->slot_count * sizeof(double);
@@ -160,7 +172,7 @@ static void count_rows(int chunk, int first, int end, void *context) {
 void damping_after(Damping *d, double dt) {
     const System *system = d->system;
     double fabric = 0.0, drag = 0.0;
-    for (int c = 0; c < system->cloth_count && d->measures; c++) {
+    for (int c = 0; c < system->cloth_count && d->span > 0; c++) {
         const SweepLattice *l = &d->view.lattices[c];
         if (!in_fabric(d, c) && !by_mass(d, c)) {
             continue;
@@ -178,6 +190,6 @@ void damping_after(Damping *d, double dt) {
             }
         }
     }
-    d->fabric += DAMPING_STRIDE * fabric;
-    d->drag += DAMPING_STRIDE * drag;
+    d->fabric += d->span * fabric;
+    d->drag += d->span * drag;
 }

@@ -5,11 +5,10 @@
 
 #include "sim/base/parallel.h"
 #include "sim/step/air.h"
+#include "sim/step/bounds.h"
 #include "sim/step/damping.h"
 #include "sim/step/impulse.h"
 #include "sim/step/lead.h"
-#include "sim/step/limit.h"
-#include "sim/step/sides.h"
 #include "sim/step/steer.h"
 #include "sim/step/stepper.h"
 
@@ -26,21 +25,20 @@ struct Explicit {
     double *buffers;        /* row buffers, one set a chunk */
     size_t buffer_size;     /* [double] of one chunk */
     double *chunk_speed;    /* [m2/s2] */
+    size_t chunks;          /* most of one cloth */
     int *grain;             /* (cloth_count) rows of a chunk */
-    Sides *sides;           /* (cloth_count) all zero where they are free */
-    Limit *limits;          /* (cloth_count) of springs; all zero where there is none */
     double *x, *gradient;   /* (place_count x 3) for cloths without a sweep */
     double *ahead[2];       /* [m] (place_count x 3) likewise: bent, stretched */
     Steer steer;            /* what handles hold */
-    double *marked[3];      /* [m] (slot_count) positions from which spreads count */
-    Contact *contact;       /* NULL: nothing can touch */
+    Bounds bounds;
+    double *marked[3]; /* [m] (slot_count) positions from which spreads count */
+    Contact *contact;  /* NULL: nothing can touch */
     Lead bending, membrane;
-    Damping damping;    /* the book of it */
-    double damped;      /* [J] of this interval: by mass damping, of cloths without a sweep */
-    double air_work;    /* [J] of this interval, on faces */
-    double sides_taken; /* [J] of this interval: work on the bound on sides, and its start */
-    double limit;       /* [s] */
-    Impulse impulse;    /* of contacts in this interval */
+    Damping damping; /* the book of it */
+    double damped;   /* [J] of this interval: by mass damping, of cloths without a sweep */
+    double air_work; /* [J] of this interval, on faces */
+    double limit[2]; /* [s] with true and with scaled inertia */
+    Impulse impulse; /* of contacts in this interval */
 };
 
 static void place_lattice(Explicit *e, int c, int *slots) {
@@ -76,8 +74,6 @@ static void place_all(Explicit *e) {
     e->slot = arena_push(system->arena, int, system->place_count);
     e->lattices = arena_push(system->arena, SweepLattice, system->cloth_count);
     e->grain = arena_push(system->arena, int, system->cloth_count);
-    e->sides = arena_push(system->arena, Sides, system->cloth_count);
-    e->limits = arena_push(system->arena, Limit, system->cloth_count);
     for (int c = 0; c < system->cloth_count; c++) {
         const Cloth *cloth = &system->cloths[c];
         int *slot = e->slot + system->first[c];
@@ -93,13 +89,12 @@ static void place_all(Explicit *e) {
                 slot[i] = slots++;
             }
         }
-        e->sides[c] = sides_create(&e->lattices[c], system->arena);
-        e->limits[c] = limit_create(cloth, slot, system->arena);
     }
     e->lanes = lanes_create(slots, system->arena);
     e->buffer_size = SWEEP_BUFFER_ROWS * widest + LANE_MARGIN;
     e->buffers = arena_push(system->arena, double, e->buffer_size *chunks);
     e->chunk_speed = arena_push(system->arena, double, chunks);
+    e->chunks = chunks;
 }
 
 Explicit *explicit_create(const System *system) {
@@ -112,13 +107,15 @@ Explicit *explicit_create(const System *system) {
     e->ahead[0] = arena_push(system->arena, double, 3 * system->place_count);
     e->ahead[1] = arena_push(system->arena, double, 3 * system->place_count);
     e->steer = steer_create(system);
+    e->bounds = bounds_create(&e->steer, e->lattices, e->grain, &e->lanes, e->slot, e->chunks);
     if (system_has_contact(system)) {
         e->contact = contact_create(&system->contact, system->arena);
         for (int a = 0; a < 3; a++) {
             e->marked[a] = arena_push(system->arena, double, e->lanes.slot_count);
         }
     }
-    e->limit = system_stable_step(system);
+    e->limit[0] = system_stable_step(system);
+    e->limit[1] = system_scaled_step(system);
     e->bending = lead_create(system, e->lanes.slot_count, sweep_bending_time);
     e->membrane = lead_create(system, e->lanes.slot_count, sweep_membrane_time);
     e->damping = damping_create(system, &(DampingView){.kernel = e->kernel,
@@ -136,7 +133,7 @@ Explicit *explicit_create(const System *system) {
     return e;
 }
 
-double explicit_limit(const Explicit *e) { return e->limit; }
+double explicit_limit(const Explicit *e, bool scaled) { return e->limit[scaled]; }
 
 static void load(Explicit *e, const State *state) {
     for (int i = 0; i < e->system->place_count; i++) {
@@ -257,7 +254,8 @@ static void kick(Explicit *e, double dt) {
             if (rest) {
                 add_model_force(e, c, cloth->model->add_rest_gradient);
             }
-            kick_one.sides = e->sides[c].seen;
+            kick_one.sides = e->bounds.sides[c].seen;
+            kick_one.moved = e->lattices[c].scaled ? e->bounds.inertia.moved : NULL;
             KickJob job = {e, &e->lattices[c], kick_one};
             parallel_for(e->lattices[c].nv, e->grain[c], kick_chunk, &job);
             if (rest || air) {
@@ -420,50 +418,18 @@ static void stop_all(Explicit *e) {
     }
 }
 
-/* before a kick, with its inertia; `all`: not only where the last kick saw some */
-static void find_sides(Explicit *e, bool all) {
-    for (int c = 0; c < e->system->cloth_count; c++) {
-        const unsigned char *held = e->steer.held + e->system->first[c];
-        sides_find(&e->sides[c], &e->lanes, held, all);
-        limit_see(&e->limits[c], held);
-    }
-}
-
-/* [J] now, of all cells */
-static double stored_in_sides(Explicit *e) {
-    double energy = 0.0;
-    find_sides(e, true);
-    for (int c = 0; c < e->system->cloth_count; c++) {
-        energy += sides_energy(&e->sides[c]);
-    }
-    return energy;
-}
-
-/* after it: no side and no spring grows beyond its bound in a drift of dt */
-static void hold_sides(Explicit *e, double dt, double share) {
-    for (int c = 0; c < e->system->cloth_count; c++) {
-        sides_hold(&e->sides[c], &e->lanes, dt, share);
-        e->sides_taken += limit_hold(&e->limits[c], &e->lanes, dt);
-    }
-}
-
 /* one kick, with the contacts of this instant */
 static void kick_with_contact(Explicit *e, double dt, double share, double time_end, bool all) {
     if (e->contact) {
         contact_forces(e->contact, dt, share, time_end);
     }
-    find_sides(e, all);
+    bounds_find(&e->bounds, all);
     impulse_add(&e->impulse, e->system, &e->lanes, e->slot, share * dt);
+    bounds_push(&e->bounds, share * dt);
     kick(e, share * dt);
+    bounds_spread(&e->bounds);
     if (e->contact) {
         contact_clear(e->contact, vec3_scale(share * dt, e->system->scene->gravity));
-    }
-}
-
-/* with the velocities of the drift */
-static void count_sides(Explicit *e) {
-    for (int c = 0; c < e->system->cloth_count; c++) {
-        e->sides_taken += sides_work(&e->sides[c], &e->lanes);
     }
 }
 
@@ -484,7 +450,7 @@ static void change_by_contact(Explicit *e, void (*change)(Contact *, double), do
 /* drift that crosses nothing */
 static double guarded_drift(Explicit *e, double dt) {
     change_by_contact(e, contact_guard, dt);
-    count_sides(e);
+    bounds_count(&e->bounds);
     double fastest = drift(e, dt);
     if (e->contact) {
         contact_drifted(e->contact, fastest, dt);
@@ -517,7 +483,7 @@ static void run_steps(Explicit *e, const ExplicitRun *run, const State *state,
         kick_with_contact(e, run->dt, share, time_end, s == 0);
         result->work += steer_held(e, run->dt, share * run->dt, time_end);
         change_by_contact(e, contact_repel, run->dt);
-        hold_sides(e, run->dt, share);
+        bounds_hold(&e->bounds, run->dt, share);
         share = 1.0;
         result->steps++;
         if (run->kinetic_damping && kill_at_peak(e, run, &kinetic, result, &share)) {
@@ -537,8 +503,8 @@ static void run_steps(Explicit *e, const ExplicitRun *run, const State *state,
         stop_all(e);
     } else if (!run->symplectic_euler) {
         kick_with_contact(e, run->dt, 0.5, state->time + (run->steps + 1) * run->dt, false);
-        hold_sides(e, run->dt, 0.5);
-        count_sides(e);
+        bounds_hold(&e->bounds, run->dt, 0.5);
+        bounds_count(&e->bounds);
     }
 }
 
@@ -564,28 +530,48 @@ static void store(Explicit *e, State *state, double time_end) {
     impulse_end(&e->impulse, e->system, state);
 }
 
+/* Inertia is scaled from now on, or no longer. Returns the kinetic energy [J] that the masses lose. What a
+ * scene starts with are velocities, not momenta. */
+static double begin_bounds(Explicit *e, const ExplicitRun *run, State *state) {
+    bool begins = run->scaled && state->scaled == 0.0, enters = begins && state->time > 0.0;
+    for (int c = 0; c < e->system->cloth_count; c++) {
+        e->lattices[c].scaled = run->scaled && system_is_scalable(e->system, &e->system->cloths[c]);
+    }
+    double before = enters ? kinetic_now(e) : 0.0;
+    bounds_begin(&e->bounds, e->slot, enters);
+    state->hidden = begins ? bounds_hidden(&e->bounds) : run->scaled ? state->hidden : 0.0;
+    state->scaled = run->scaled;
+    return enters ? before - kinetic_now(e) : 0.0;
+}
+
 ExplicitResult explicit_interval(Explicit *e, const ExplicitRun *run, State *state) {
     ExplicitResult result = {.contact = {.smallest_gap = INFINITY, .smallest_self_gap = INFINITY}};
     load(e, state);
     system_load_history(e->system, state);
     steer_begin(&e->steer, state);
     e->air_work = e->damped = 0.0;
+    double spread = begin_bounds(e, run, state);
     set_damping(e, run);
-    damping_start(&e->damping, state->time, run->dt);
-    e->sides_taken = stored_in_sides(e);
+    damping_start(&e->damping, state->time, run->dt, run->steps);
     drift(e, 0.0); /* puts ghosts, curvature and stretch in their places */
     if (e->contact) {
         ContactMotion motion = {fastest_now, mark_places, spread_now, relative_now, e};
-        contact_begin(e->contact, (ContactView){&e->lanes, e->slot, e->steer.held, motion},
-                      &state->contact, run->dt);
+        double longer = run->scaled ? e->limit[1] / e->limit[0] : 1.0;
+        ContactView view = {&e->lanes, e->slot, e->steer.held, longer * longer, motion};
+        contact_begin(e->contact, view, &state->contact, run->dt);
     }
     double contact, before = total_energy(e, run->dt, state, &result.energy_scale, &contact);
+    double hidden = state->hidden;
+    before += hidden - spread;
     impulse_start(&e->impulse, e->system, state);
     run_steps(e, run, state, &result);
     store(e, state, state->time + (run->kinetic_damping ? 0.0 : run->steps * run->dt));
     double after = total_energy(e, run->dt, state, &result.energy_scale, &result.contact_energy);
+    state->hidden = bounds_hidden(&e->bounds);
+    after += state->hidden;
+    result.inertia = state->hidden - hidden + spread;
     result.finite = isfinite(after) && isfinite(result.fastest);
-    result.sides = e->sides_taken - stored_in_sides(e);
+    result.sides = bounds_end(&e->bounds);
     result.fabric = e->damping.fabric;
     result.drag = e->damping.drag;
     if (e->contact) {

@@ -1,6 +1,7 @@
 #include "sim/step/sides.h"
 
 #include <math.h>
+#include <string.h>
 
 Sides sides_create(const SweepLattice *lattice, Arena *arena) {
     if (!lattice->bounded) {
@@ -8,7 +9,10 @@ Sides sides_create(const SweepLattice *lattice, Arena *arena) {
     }
     SweepSides seen = {arena_push(arena, unsigned char, lattice->nv),
                        arena_push(arena, unsigned char, lattice->nu * lattice->nv)};
-    return (Sides){.lattice = lattice, .seen = seen, .arena = arena};
+    return (Sides){.lattice = lattice,
+                   .seen = seen,
+                   .blocks = inertia_blocks_create(lattice, arena),
+                   .arena = arena};
 }
 
 static inline Vec3 difference(double *const lane[3], int from, int to) {
@@ -68,42 +72,101 @@ static void add_cell(Sides *sides, const Lanes *lanes, const unsigned char *held
     }
 }
 
+static void mark_cell(Sides *sides, int i, int j) {
+    int right = i + 1 < sides->lattice->nu ? i + 1 : 0;
+    for (int row = j; row <= j + 1; row++) {
+        inertia_blocks_mark(&sides->blocks, i, row);
+        inertia_blocks_mark(&sides->blocks, right, row);
+    }
+}
+
 void sides_find(Sides *sides, const Lanes *lanes, const unsigned char *held, bool all) {
     const SweepLattice *l = sides->lattice;
     sides->count = 0;
+    if (l) {
+        inertia_blocks_clear(&sides->blocks, l->nv);
+    }
     for (int j = 0; l && j + 1 < l->nv; j++) {
         const unsigned char *cell = sides->seen.cell + j * l->nu;
         for (int i = 0; (all || sides->seen.row[j]) && i < (l->wrap ? l->nu : l->nu - 1); i++) {
+            int count = sides->count;
             if (all || cell[i]) {
                 add_cell(sides, lanes, held, i, j);
+            }
+            if (sides->count > count && l->scaled) {
+                mark_cell(sides, i, j);
             }
         }
     }
 }
 
-static inline void apply(LongSide *side, const Lanes *lanes, double impulse) {
+void sides_push(Sides *sides, const Lanes *lanes, double kick_time) {
+    for (int n = 0; n < sides->count; n++) {
+        LongSide *side = &sides->list[n];
+        double force = side->stiffness * min2(side->excess, side->most);
+        side->impulse = kick_time * force;
+        for (int k = 0; k < 4; k++) {
+            double pull = side->mobility[k] > 0.0 ? (k % 2 == 0 ? force : -force) : 0.0;
+            Vec3 slope = side->slope[k / 2];
+            int slot = side->slot[k];
+            lanes->f[0][slot] += pull * slope.x;
+            lanes->f[1][slot] += pull * slope.y;
+            lanes->f[2][slot] += pull * slope.z;
+        }
+    }
+}
+
+void sides_clear(const Sides *sides, const Lanes *lanes) {
+    for (int n = 0; n < sides->count; n++) {
+        for (int k = 0; k < 4; k++) {
+            int slot = sides->list[n].slot[k];
+            lanes->f[0][slot] = lanes->f[1][slot] = lanes->f[2][slot] = 0.0;
+        }
+    }
+}
+
+/* Where impulses go to: v takes `share` of them, `pulled` all. */
+typedef struct SidesPull {
+    const Lanes *lanes;
+    double *const *pulled; /* NULL: nobody asks */
+    double share;
+} SidesPull;
+
+static inline void apply(LongSide *side, const SidesPull *to, double impulse) {
     side->impulse += impulse;
     for (int k = 0; k < 4; k++) {
         double change = (k % 2 == 0 ? impulse : -impulse) * side->mobility[k];
-        Vec3 slope = side->slope[k / 2];
+        double slope[3] = {side->slope[k / 2].x, side->slope[k / 2].y, side->slope[k / 2].z};
         int slot = side->slot[k];
-        lanes->v[0][slot] += change * slope.x;
-        lanes->v[1][slot] += change * slope.y;
-        lanes->v[2][slot] += change * slope.z;
+        for (int a = 0; a < 3; a++) {
+            to->lanes->v[a][slot] += to->share * change * slope[a];
+            if (to->pulled) {
+                to->pulled[a][slot] += change * slope[a];
+            }
+        }
     }
 }
 
 /* one of a round of sequential impulses on impulse = share dt k (excess + dt growth), which never
  * pushes and yields */
-static void pull(LongSide *side, const Lanes *lanes, double dt, double share) {
+static void pull(LongSide *side, const SidesPull *to, double dt, double share) {
     const double *w = side->mobility;
     double give = 1.0 / (share * dt * dt * side->stiffness);
     double mobility = (w[0] + w[1]) * vec3_dot(side->slope[0], side->slope[0]) +
                       (w[2] + w[3]) * vec3_dot(side->slope[1], side->slope[1]);
-    double missing = growth(side, lanes) + side->excess / dt - give * side->impulse;
+    double missing = growth(side, to->lanes) + side->excess / dt - give * side->impulse;
     double yields = share * dt * side->stiffness * side->most;
-    double wanted = side->impulse + missing / (mobility + give);
-    apply(side, lanes, max2(0.0, min2(wanted, yields)) - side->impulse);
+    double wanted = side->impulse + missing / (to->share * mobility + give);
+    apply(side, to, max2(0.0, min2(wanted, yields)) - side->impulse);
+}
+
+void sides_hold(Sides *sides, const Lanes *lanes, double dt, double share,
+                double *const pulled[3]) {
+    bool scaled = sides->count > 0 && sides->lattice->scaled;
+    SidesPull to = {lanes, scaled ? pulled : NULL, scaled ? SIDES_SCALED_MOBILITY : 1.0};
+    for (int k = 0; k < sides->count; k++) {
+        pull(&sides->list[k], &to, dt, share);
+    }
 }
 
 double sides_energy(const Sides *sides) {
@@ -114,16 +177,6 @@ double sides_energy(const Sides *sides) {
         energy += side->stiffness * bent * (side->excess - 0.5 * bent);
     }
     return energy;
-}
-
-void sides_hold(Sides *sides, const Lanes *lanes, double dt, double share) {
-    for (int k = 0; k < sides->count; k++) { /* right where nothing moves */
-        LongSide *side = &sides->list[k];
-        apply(side, lanes, share * dt * side->stiffness * min2(side->excess, side->most));
-    }
-    for (int k = 0; k < sides->count; k++) {
-        pull(&sides->list[k], lanes, dt, share);
-    }
 }
 
 double sides_work(const Sides *sides, const Lanes *lanes) {

@@ -1,16 +1,22 @@
 /* sides.h: the bound on the sides of cells (sim/model/side_bound.h) on the explicit road.
  *
- * Its energy is integrated by backward Euler, so that its stiffness is not bounded by the step: after
- * the kick, sequential impulses with clamped sums make
+ * Its energy is integrated by backward Euler, so that its stiffness is not bounded by the step:
  *   impulse = dt k (excess + dt growth).
- * They keep momentum and, being implicit in a potential, add no energy, however the inertia of
- * crowded vertices changes in the kick; an explicit law did (mlpg.md). */
+ * The part that is right where nothing moves is a force of the kick; the rest, which resists growth, is
+ * made by sequential impulses with clamped sums after it. They keep momentum and, being implicit in a
+ * potential, add no energy, however the inertia of crowded vertices changes in the kick; an explicit law did
+ * (mlpg.md). Scaled inertia (inertia.h) spreads the forces with the kick, the impulses on their own. */
 #ifndef TOILE_STEP_SIDES_H
 #define TOILE_STEP_SIDES_H
 
 #include "sim/base/arena.h"
 #include "sim/geom/lanes.h"
 #include "sim/model/side_bound.h"
+#include "sim/step/inertia.h"
+
+/* What scaled inertia leaves of the mobility of nodes that one side pulls. With 1 the impulses are too weak
+ * for the stiffness of the forces, with 0.35 too strong where many sides grow together; either shakes. */
+#define SIDES_SCALED_MOBILITY 0.6
 
 /* A side of a cell that is too long. */
 typedef struct LongSide {
@@ -27,8 +33,9 @@ typedef struct LongSide {
 /* The sides of one cloth. All zero: a cloth without any. */
 typedef struct Sides {
     const SweepLattice *lattice;
-    SweepSides seen; /* by the last kick */
-    LongSide *list;  /* (count) in this kick */
+    SweepSides seen;      /* by the last kick */
+    LongSide *list;       /* (count) in this kick */
+    InertiaBlocks blocks; /* of nodes that sides_hold changes, on a scaled lattice */
     int count, room;
     Arena *arena;
 } Sides;
@@ -43,8 +50,13 @@ void sides_find(Sides *sides, const Lanes *lanes, const unsigned char *held, boo
 /* [J] stored in the sides of the list. */
 double sides_energy(const Sides *sides);
 
-/* After a kick of `share` dt, before a drift of dt: changes lanes->v. */
-void sides_hold(Sides *sides, const Lanes *lanes, double dt, double share);
+/* Before a kick of `kick_time` [s]: adds their forces to lanes->f; and takes all forces there back. */
+void sides_push(Sides *sides, const Lanes *lanes, double kick_time);
+void sides_clear(const Sides *sides, const Lanes *lanes);
+
+/* After a kick of `share` dt, before a drift of dt: changes lanes->v, on a scaled lattice by
+ * SIDES_SCALED_MOBILITY of the changes that it leaves in `pulled` (3 lanes), to be spread. */
+void sides_hold(Sides *sides, const Lanes *lanes, double dt, double share, double *const pulled[3]);
 
 /* With the velocities of the drift: the work [J] that was done on the bound, its force times the mean of
  * the velocities before the kick and now (to first order in dt where an interval halves the kick). */

@@ -72,7 +72,7 @@ static bool try_newton(Static *s, const System *system, Statistics *statistics) 
 }
 
 static void relax(Static *s, const System *system, Statistics *statistics) {
-    double dt = system->scene->solver.courant * explicit_limit(s->engine);
+    double dt = system->scene->solver.courant * explicit_limit(s->engine, false);
     ExplicitRun run = {.steps = RELAX_STEPS,
                        .dt = dt,
                        .kinetic_damping = true,

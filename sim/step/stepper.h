@@ -13,6 +13,7 @@
 typedef struct Stepper {
     const char *name, *about;
     bool implicit;     /* needs matrices */
+    bool scales;       /* inertia, for longer steps (inertia.h) */
     double sweep_cost; /* of a sweep over that of a step of `central`; 0: does no sweeps */
     bool limits;       /* has springs with a limit, and `repel`; others refuse such cloth */
     bool history;      /* commits what cloth remembers, step by step; others refuse such cloth */

@@ -293,6 +293,8 @@ void state_copy(const System *system, State *to, const State *from) {
     to->time = from->time;
     to->step_before = from->step_before;
     to->calm = from->calm;
+    to->scaled = from->scaled;
+    to->hidden = from->hidden;
     memcpy(to->history, from->history, (size_t)system->history_count * sizeof *to->history);
     memcpy(to->x, from->x, n * sizeof *to->x);
     memcpy(to->v, from->v, n * sizeof *to->v);
@@ -305,6 +307,7 @@ void state_copy(const System *system, State *to, const State *from) {
         memcpy(to->contact_force, from->contact_force, n * sizeof *to->contact_force);
     }
     to->contact.approach = from->contact.approach;
+    to->unguarded = from->unguarded;
     to->contact.stiffness = from->contact.stiffness;
     to->contact.solid_stiffness = from->contact.solid_stiffness;
     to->contact.touch_count = from->contact.touch_count;
@@ -314,7 +317,8 @@ void state_copy(const System *system, State *to, const State *from) {
 }
 
 void state_start(const System *system, State *state) {
-    state->time = state->step_before = state->calm = 0.0;
+    state->time = state->step_before = state->calm = state->scaled = state->hidden = 0.0;
+    state->unguarded = INFINITY;
     memset(state->history, 0, (size_t)system->history_count * sizeof *state->history);
     for (int c = 0; c < system->cloth_count; c++) {
         const Cloth *cloth = &system->cloths[c];
@@ -461,6 +465,27 @@ double system_stable_step(const System *system) {
     double step = INFINITY;
     for (int c = 0; c < system->cloth_count; c++) {
         step = fmin(step, system->cloths[c].model->stable_step(&system->cloths[c]));
+    }
+    return step;
+}
+
+bool system_is_scalable(const System *system, const Cloth *cloth) {
+    const SweepLattice *l = cloth->lattice;
+    return l && system->scene->solver.mass_scaling && !system->contact.impulses &&
+           l->nu >= SWEEP_LEAST_SCALED && l->nv >= SWEEP_LEAST_SCALED;
+}
+
+double system_scaled_step(const System *system) {
+    double step = INFINITY;
+    for (int c = 0; c < system->cloth_count; c++) {
+        const Cloth *cloth = &system->cloths[c];
+        if (system_is_scalable(system, cloth)) {
+            SweepLattice scaled = *cloth->lattice;
+            scaled.scaled = true;
+            step = fmin(step, sweep_stable_step(&scaled, cloth->material.density));
+        } else {
+            step = fmin(step, cloth->model->stable_step(cloth));
+        }
     }
     return step;
 }

@@ -52,6 +52,9 @@ typedef struct State {
     double *v_before;
     double step_before; /* [s] length of the last implicit step; 0: none yet */
     double *history;    /* (system.history_count) of the cloths, one after the other */
+    double scaled;      /* 1: the explicit road scaled inertia when it came here (inertia.h) */
+    double hidden;      /* [J] then: kinetic energy beyond that of the masses */
+    double unguarded;   /* [s] for which the guard of contact had nothing to do */
     double calm;        /* [s] for which nothing has moved; explicit cloth then sleeps */
     ContactMemory contact;
     double
@@ -74,7 +77,7 @@ typedef struct Statistics {
                                                zones and vertices in them, summed over steps */
     double friction, damping, guard, sides; /* [J] taken out of the cloth in the frame */
     double fabric, drag; /* [J] likewise: by damping inside the fabrics; of the mass and by air */
-    double numerical;    /* [J] likewise: by implicit steps themselves */
+    double numerical;    /* [J] likewise: by implicit steps themselves, by scaled inertia */
     double approach;     /* [m/s] fastest of a near pair */
     double cpu;          /* [s] process time of the frame */
     double seconds, contact_seconds, search_seconds; /* [s] of the clock: the frame, contact in it,
@@ -114,7 +117,11 @@ void system_add_gradient(const System *system, const double *x, double *gradient
 double system_kinetic_energy(const System *system, const double *v, const unsigned char *held);
 double system_gravity_energy(const System *system, const double *x, const unsigned char *held);
 
-/* [s] smallest stable explicit step of all cloths. */
+/* [s] smallest stable explicit step of all cloths; with scaled inertia where a cloth can have it. */
 double system_stable_step(const System *system);
+double system_scaled_step(const System *system);
+
+/* Can its inertia be scaled (inertia.h), and does the scene leave it to the stepper? */
+bool system_is_scalable(const System *system, const Cloth *cloth);
 
 #endif

@@ -27,7 +27,7 @@ static double sweep_ns(const SweepKernel *kernel, int n) {
     }
     double *buffer = arena_push(&arena, double, SWEEP_BUFFER_ROWS *l.stride + LANE_MARGIN);
     double dt = 0.5 * sweep_stable_step(&l, cloth.material.density), best = INFINITY;
-    SweepKick kick = {dt, {0, 0, -9.81}, 1.0, {NULL, NULL}};
+    SweepKick kick = {dt, {0, 0, -9.81}, 1.0, {NULL, NULL}, NULL};
     SweepDrift drift = {.dt = dt};
     int steps = 1 + 2000000 / (n * n);
     for (int trial = 0; trial < 7; trial++) {

@@ -115,7 +115,7 @@ StripResult strip_relax(const StripCase *strip, int steps) {
     state_start(&b.system, &state);
     Explicit *engine = explicit_create(&b.system);
     ExplicitRun run = {.steps = steps,
-                       .dt = 0.8 * explicit_limit(engine),
+                       .dt = 0.8 * explicit_limit(engine, false),
                        .kinetic_damping = true,
                        .kinetic_target = 1e-13 * b.system.weight};
     ExplicitResult relaxed = explicit_interval(engine, &run, &state);

@@ -1,0 +1,90 @@
+#include "sim/step/bounds.h"
+
+Bounds bounds_create(const Steer *steer, const SweepLattice *lattices, const int *grain,
+                     const Lanes *lanes, const int *slot, size_t chunks) {
+    const System *system = steer->system;
+    Bounds b = {.steer = steer, .lattices = lattices, .grain = grain, .lanes = lanes};
+    b.sides = arena_push(system->arena, Sides, system->cloth_count);
+    b.limits = arena_push(system->arena, Limit, system->cloth_count);
+    for (int c = 0; c < system->cloth_count; c++) {
+        b.sides[c] = sides_create(&lattices[c], system->arena);
+        b.limits[c] = limit_create(&system->cloths[c], slot + system->first[c], system->arena);
+    }
+    b.inertia = inertia_create(system, lanes->slot_count, chunks);
+    return b;
+}
+
+static int cloth_count(const Bounds *b) { return b->steer->system->cloth_count; }
+
+/* [J] now, of all cells */
+static double stored(Bounds *b) {
+    double energy = 0.0;
+    bounds_find(b, true);
+    for (int c = 0; c < cloth_count(b); c++) {
+        energy += sides_energy(&b->sides[c]);
+    }
+    return energy;
+}
+
+void bounds_begin(Bounds *b, const int *slot, bool enters) {
+    inertia_begin(&b->inertia, b->steer, slot);
+    for (int c = 0; c < cloth_count(b) && enters; c++) {
+        if (b->lattices[c].scaled) {
+            inertia_enter(&b->inertia, &b->lattices[c], b->lanes, c);
+        }
+    }
+    b->taken = stored(b);
+}
+
+double bounds_hidden(Bounds *b) {
+    double energy = 0.0;
+    for (int c = 0; c < cloth_count(b); c++) {
+        if (b->lattices[c].scaled) {
+            energy += inertia_hidden(&b->inertia, &b->lattices[c], b->lanes, c);
+        }
+    }
+    return energy;
+}
+
+double bounds_end(Bounds *b) { return b->taken - stored(b); }
+
+void bounds_find(Bounds *b, bool all) {
+    for (int c = 0; c < cloth_count(b); c++) {
+        const unsigned char *held = b->steer->held + b->steer->system->first[c];
+        sides_find(&b->sides[c], b->lanes, held, all);
+        limit_see(&b->limits[c], held);
+    }
+}
+
+void bounds_push(Bounds *b, double kick_time) {
+    for (int c = 0; c < cloth_count(b); c++) {
+        sides_push(&b->sides[c], b->lanes, kick_time);
+    }
+}
+
+void bounds_spread(Bounds *b) {
+    for (int c = 0; c < cloth_count(b); c++) {
+        sides_clear(&b->sides[c], b->lanes);
+        if (b->lattices[c].scaled) {
+            inertia_spread(&b->inertia, &b->lattices[c], b->lanes, c, b->grain[c]);
+        }
+    }
+}
+
+void bounds_hold(Bounds *b, double dt, double share) {
+    for (int c = 0; c < cloth_count(b); c++) {
+        Sides *sides = &b->sides[c];
+        sides_hold(sides, b->lanes, dt, share, b->inertia.pulled);
+        if (sides->count > 0 && b->lattices[c].scaled) {
+            inertia_spread_blocks(&b->inertia, &b->lattices[c], b->lanes, c, SIDES_SCALED_MOBILITY,
+                                  &sides->blocks);
+        }
+        b->taken += limit_hold(&b->limits[c], b->lanes, dt);
+    }
+}
+
+void bounds_count(Bounds *b) {
+    for (int c = 0; c < cloth_count(b); c++) {
+        b->taken += sides_work(&b->sides[c], b->lanes);
+    }
+}
