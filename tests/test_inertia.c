@@ -9,12 +9,14 @@
 #include "tests/support/check.h"
 #include "tests/support/play.h"
 
-#define FABRIC "fabric: {weight: 150 g/m2, isotropic: {stretch: 1000 N/m, poisson: 0.3, bending: 1e-5 N m}}\n"
+#define FABRIC                                                                                     \
+    "fabric: {weight: 150 g/m2, isotropic: {stretch: 1000 N/m, poisson: 0.3, bending: 1e-5 N "     \
+    "m}}\n"
 #define ALONE "gravity: 0\nsolver: {stepper: central, self_contact: false}\n"
 #define STRIP "toile: 1\nfilm: {rate: 1000, seconds: 1}\ncloth:\n  sheet:\n    shape: {rectangle: "
 
-static const char free_sheet[] = STRIP "{width: 40 cm, height: 30 cm}}\n    " FABRIC
-                                       "    nodes: 17 x 13\n" ALONE;
+static const char free_sheet[] =
+    STRIP "{width: 40 cm, height: 30 cm}}\n    " FABRIC "    nodes: 17 x 13\n" ALONE;
 static const char tube[] =
     "toile: 1\nfilm: {rate: 1000, seconds: 1}\ncloth:\n  tube:\n"
     "    shape: {sleeve: {radius: 6 cm, length: 30 cm, rest: curved}}\n    " FABRIC
@@ -22,10 +24,10 @@ static const char tube[] =
 static const char stiff_in_bending[] =
     STRIP "{width: 8 cm, height: 8 cm}}\n    fabric: {weight: 150 g/m2, isotropic: {stretch: 20 "
           "N/m, poisson: 0.3, bending: 1e-3 N m}}\n    nodes: 17 x 17\n" ALONE;
-static const char thread_by_thread[] =
-    STRIP "{width: 40 cm, height: 30 cm}}\n    fabric: {weight: 200 g/m2, stretch: {warp: 2000 N/m, "
-          "weft: 600 N/m, poisson: 0.2}, shear: 100 N/m, bending: {warp: 20 uN m, weft: 5 uN m, "
-          "poisson: 0.3}}\n    nodes: 15 x 21\n" ALONE;
+static const char thread_by_thread[] = STRIP
+    "{width: 40 cm, height: 30 cm}}\n    fabric: {weight: 200 g/m2, stretch: {warp: 2000 N/m, "
+    "weft: 600 N/m, poisson: 0.2}, shear: 100 N/m, bending: {warp: 20 uN m, weft: 5 uN m, "
+    "poisson: 0.3}}\n    nodes: 15 x 21\n" ALONE;
 static const char *const lattices[] = {free_sheet, tube, stiff_in_bending, thread_by_thread};
 enum { LATTICES = sizeof lattices / sizeof *lattices };
 
@@ -95,7 +97,8 @@ static void test_spread(void **unused) {
         rig_start(&r, lattices[k]);
         int n = 3 * r.system->place_count;
         double *a = random_field(&r, 1), *b = random_field(&r, 2);
-        double *sa = arena_push(&r.play.arena, double, n), *sb = arena_push(&r.play.arena, double, n);
+        double *sa = arena_push(&r.play.arena, double, n),
+               *sb = arena_push(&r.play.arena, double, n);
         spread(&r, a, sa);
         spread(&r, b, sb);
         double norm = product(&r, a, a);
@@ -139,7 +142,8 @@ static void test_blocks(void **unused) {
         rig_start(&r, lattices[k]);
         const double share = 0.6;
         int n = 3 * r.system->place_count, nu = r.lattice.nu;
-        double *a = arena_push(&r.play.arena, double, n), *sa = arena_push(&r.play.arena, double, n);
+        double *a = arena_push(&r.play.arena, double, n),
+               *sa = arena_push(&r.play.arena, double, n);
         InertiaBlocks blocks = inertia_blocks_create(&r.lattice, &r.play.arena);
         const int changed[] = {0, 9, 3 * nu + 7, 3 * nu + 8, r.system->place_count - 1};
         for (int c = 0; c < 5; c++) {
@@ -282,8 +286,10 @@ static void test_scenes(void **unused) {
     const char *scenes[2] = {
         "    shape: {rectangle: {width: 30 cm, height: 30 cm}}\n    nodes: 16 x 16\n"
         "    damping: 8 1/s\nhandles:\n  - {hold: sheet.top-left}\n  - {hold: sheet.top-right}\n",
-        "    shape: {rectangle: {width: 1 m, height: 1 m}}\n    nodes: 26 x 26\n    at: [0, 0, 2 cm]\n"
-        "    noise: 0.2 mm\n    sides: bounded\nobstacles:\n  cube: {box: {size: [50 cm, 50 cm, 50 cm], "
+        "    shape: {rectangle: {width: 1 m, height: 1 m}}\n    nodes: 26 x 26\n    at: [0, 0, 2 "
+        "cm]\n"
+        "    noise: 0.2 mm\n    sides: bounded\nobstacles:\n  cube: {box: {size: [50 cm, 50 cm, 50 "
+        "cm], "
         "rounding: 5 mm}, at: [0, 0, -25 cm], friction: 0.3}\n"};
     const double bars[2] = {1e-6, 0.01};
     for (int k = 0; k < 2; k++) {

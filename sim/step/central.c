@@ -10,9 +10,10 @@
 #define CONTACT_COURANT 0.25
 
 /* Rest: kinetic energy / (weight * size) of the net motion of an interval, and of the motion at its
- * end, where vertices between layers may still tremble on the spot; and for how long. */
+ * end, where vertices between layers and at sharp edges may still tremble on the spot, by some microns; and for
+ * how long. */
 #define CALM_ENERGY 3e-9
-#define CALM_TREMBLE 1e-7
+#define CALM_TREMBLE 1e-5
 #define CALM_SECONDS 0.5
 
 /* Inertia is scaled where steps become so much longer. */
