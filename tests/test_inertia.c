@@ -158,7 +158,7 @@ static void test_blocks(void **unused) {
         for (int i = 0; i < n; i++) {
             r.lanes.v[i % 3][r.slot[i / 3]] = share * a[i];
         }
-        inertia_spread_blocks(&r.inertia, &r.lattice, &r.lanes, 0, share, &blocks);
+        inertia_spread_blocks(&r.inertia, &r.lattice, &r.lanes, 0, share, &blocks, r.lattice.nv);
         double worst = 0.0;
         for (int i = 0; i < n; i++) {
             int slot = r.slot[i / 3];

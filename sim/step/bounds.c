@@ -77,7 +77,7 @@ void bounds_hold(Bounds *b, double dt, double share) {
         sides_hold(sides, b->lanes, dt, share, b->inertia.pulled);
         if (sides->count > 0 && b->lattices[c].scaled) {
             inertia_spread_blocks(&b->inertia, &b->lattices[c], b->lanes, c, SIDES_SCALED_MOBILITY,
-                                  &sides->blocks);
+                                  &sides->blocks, b->grain[c]);
         }
         b->taken += limit_hold(&b->limits[c], b->lanes, dt);
     }

@@ -86,6 +86,7 @@ static void restore_held(const Inertia *inertia, const Lanes *lanes, int c) {
 typedef struct InertiaJob {
     const Inertia *inertia;
     InertiaChange change;
+    const InertiaBlocks *blocks; /* NULL: all */
 } InertiaJob;
 
 static void spread_chunk(int chunk, int first, int end, void *context) {
@@ -97,7 +98,7 @@ static void spread_chunk(int chunk, int first, int end, void *context) {
 }
 
 void inertia_spread(Inertia *inertia, const SweepLattice *l, const Lanes *lanes, int c, int grain) {
-    InertiaJob job = {inertia, {l, inertia->moved, lanes->v, 1.0}};
+    InertiaJob job = {inertia, {l, inertia->moved, lanes->v, 1.0}, NULL};
     keep_held(inertia, inertia->moved, lanes, c);
     parallel_for(l->nv, grain, spread_chunk, &job);
     restore_held(inertia, lanes, c);
@@ -126,10 +127,10 @@ static bool reaches_row(const InertiaBlocks *blocks, int row_count, int j) {
 
 /* the blocks of a row in runs; a wrapped row as a whole, since its ends meet */
 static void spread_row(const Inertia *inertia, const InertiaChange *change,
-                       const InertiaBlocks *blocks, int j) {
+                       const InertiaBlocks *blocks, int j, double *buffer) {
     const SweepLattice *l = change->lattice;
     if (l->wrap) {
-        inertia->kernel(change, j, 0, l->nu, inertia->buffers);
+        inertia->kernel(change, j, 0, l->nu, buffer);
         return;
     }
     for (int b = 0, begin = 0; b <= blocks->columns; b++) {
@@ -138,9 +139,19 @@ static void spread_row(const Inertia *inertia, const InertiaChange *change,
         }
         int end = b * INERTIA_BLOCK < l->nu ? b * INERTIA_BLOCK : l->nu;
         if (end > begin) {
-            inertia->kernel(change, j, begin, end, inertia->buffers);
+            inertia->kernel(change, j, begin, end, buffer);
         }
         begin = (b + 1) * INERTIA_BLOCK;
+    }
+}
+
+static void blocks_chunk(int chunk, int first, int end, void *context) {
+    const InertiaJob *job = context;
+    double *buffer = job->inertia->buffers + job->inertia->buffer_size * (size_t)chunk;
+    for (int j = first; j < end; j++) {
+        if (reaches_row(job->blocks, job->change.lattice->nv, j)) {
+            spread_row(job->inertia, &job->change, job->blocks, j, buffer);
+        }
     }
 }
 
@@ -157,14 +168,10 @@ static void clear_blocks(const Inertia *inertia, const SweepLattice *l,
 }
 
 void inertia_spread_blocks(Inertia *inertia, const SweepLattice *l, const Lanes *lanes, int c,
-                           double share, const InertiaBlocks *blocks) {
-    InertiaChange change = {l, inertia->pulled, lanes->v, share};
+                           double share, const InertiaBlocks *blocks, int grain) {
+    InertiaJob job = {inertia, {l, inertia->pulled, lanes->v, share}, blocks};
     keep_held(inertia, inertia->pulled, lanes, c);
-    for (int j = 0; j < l->nv; j++) {
-        if (reaches_row(blocks, l->nv, j)) {
-            spread_row(inertia, &change, blocks, j);
-        }
-    }
+    parallel_for(l->nv, grain, blocks_chunk, &job);
     restore_held(inertia, lanes, c);
     clear_blocks(inertia, l, blocks);
 }

@@ -77,7 +77,7 @@ void inertia_spread(Inertia *inertia, const SweepLattice *lattice, const Lanes *
 
 /* The same for inertia->pulled, of which velocities have `share`, in the blocks that hold a change. */
 void inertia_spread_blocks(Inertia *inertia, const SweepLattice *lattice, const Lanes *lanes, int c,
-                           double share, const InertiaBlocks *blocks);
+                           double share, const InertiaBlocks *blocks, int grain);
 
 /* Velocities that belong to true inertia become those of the same momentum under scaled inertia. */
 void inertia_enter(Inertia *inertia, const SweepLattice *lattice, const Lanes *lanes, int c);
