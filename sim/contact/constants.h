@@ -32,8 +32,6 @@
 #define CONTACT_BRISTLE_DAMPING 0.3 /* of critical */
 
 #define CONTACT_IMPULSE_GAP 0.2 /* of dhat: impulses act before the gap falls below this */
-#define CONTACT_SELF_IMPULSE_GAP                                                                   \
-    0.1 /* the same between cloths: at 0.2 they hold tight twists, and shake them */
 #define CONTACT_IMPULSE_RESERVE                                                                    \
     2.0 /* steps of motion: pairs farther apart are not asked for impulses, which change speeds */
 #define CONTACT_PLANE_SHARE 0.9 /* of the room to the plane that one step may use */

@@ -412,7 +412,7 @@ void self_refresh(Contact *c, double dt) {
 }
 
 static void pair_impulse(Contact *c, const Pair *pair, double dt) {
-    double floor = CONTACT_SELF_IMPULSE_GAP * pair->dhat;
+    double floor = CONTACT_IMPULSE_GAP * pair->dhat;
     double vn = vec3_dot(pair_velocity(c, pair), pair->normal);
     double least = pair->distance > floor ? (floor - pair->distance) / dt : 0.0;
     contact_impulse(c, 4, pair->place, pair->weight, pair->normal, pair_carried(c, pair), vn,
@@ -425,7 +425,7 @@ void self_impulses(Contact *c, double dt) {
     for (int k = 0; k < c->due_count; k++) {
         const Pair *pair = &l->pairs[c->due_pairs[k].pair];
         double motion = CONTACT_IMPULSE_RESERVE * dt * l->paths.speed[c->due_pairs[k].owner];
-        if (pair->distance - CONTACT_SELF_IMPULSE_GAP * pair->dhat < motion) {
+        if (pair->distance - CONTACT_IMPULSE_GAP * pair->dhat < motion) {
             c->tight[count++] = c->due_pairs[k].pair;
         }
     }

@@ -22,6 +22,9 @@
  * velocities in a step */
 #define SCALING_AFTER 0.05
 #define SCALING_MOST_GUARDED 0.1
+/* ... and where it rises by so much of the energy; then true inertia stays for so long [s] */
+#define SCALING_TOLERANCE 0.01
+#define SCALING_PAUSE 10.0
 
 /* of the stability limit: what is faster is stopped by the guard, without bounce */
 #define LEAST_CONTACT_SHARE 0.15
@@ -93,7 +96,7 @@ static double contact_step(const System *system, const State *state, double inte
     return CONTACT_COURANT * system->contact.distance / fmax(speed, 1e-9);
 }
 
-static bool is_good(const System *system, const ExplicitResult *result) {
+static bool is_good(const System *system, const ExplicitResult *result, double tolerance) {
     double scale = result->energy_scale, work = result->work + result->blown;
     if (system->contact.impulses) {
         /* without a potential: as if cloth were lifted through the layer; and what repulsions between
@@ -101,7 +104,7 @@ static bool is_good(const System *system, const ExplicitResult *result) {
         scale += system->weight * system->contact.distance;
         work = fmax(work, 0.0);
     }
-    double allowed = work + STEP_ENERGY_TOLERANCE * scale;
+    double allowed = work + tolerance * scale;
     return result->finite && !result->contact.rejected && result->energy_gain <= allowed;
 }
 
@@ -253,6 +256,7 @@ static bool advance(const System *system, void *data, State *state, double time_
     double courant = system->scene->solver.courant;
     double longest = fmin(allowed, courant * explicit_limit(central->engine, scaled));
     ExplicitResult result = {0};
+    bool spoilt = false;
     for (int halvings = 0; halvings <= STEP_MAX_HALVINGS; halvings++) {
         ExplicitRun run = {.steps = (int)fmax(1.0, ceil(interval / longest - 1e-9))};
         run.dt = interval / run.steps;
@@ -263,19 +267,25 @@ static bool advance(const System *system, void *data, State *state, double time_
         if (step_interrupted) {
             return error_set(error, EXIT_INTERRUPTED, "interrupted");
         }
-        if (run.scaled && guarded(&result) > SCALING_MOST_GUARDED * result.steps) {
+        bool good =
+            is_good(system, &result, run.scaled ? SCALING_TOLERANCE : STEP_ENERGY_TOLERANCE);
+        bool busy = guarded(&result) > SCALING_MOST_GUARDED * result.steps;
+        if (run.scaled && (!good || busy)) {
             scaled = false;
+            spoilt = spoilt || !good;
             longest = fmin(longest, courant * explicit_limit(central->engine, false));
             statistics->retries++;
             continue;
         }
-        if (is_good(system, &result)) {
+        if (good) {
             double calm = calm_after(system, central, state, &central->trial, interval);
             state_copy(system, state, &central->trial);
             state->time = time_end;
             state->step_before = 0.0;
             state->calm = calm;
-            state->unguarded = guarded(&result) > 0.0 ? 0.0 : state->unguarded + interval;
+            state->unguarded = spoilt                   ? -SCALING_PAUSE
+                               : guarded(&result) > 0.0 ? fmin(state->unguarded, 0.0)
+                                                        : state->unguarded + interval;
             record(system, state, &run, &result, statistics);
             return true;
         }
