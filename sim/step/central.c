@@ -23,7 +23,7 @@
 #define SCALING_AFTER 0.05
 #define SCALING_MOST_GUARDED 0.1
 /* ... and where it rises by so much of the energy; then true inertia stays for so long [s] */
-#define SCALING_TOLERANCE 0.01
+#define SCALING_TOLERANCE 0.05
 #define SCALING_PAUSE 10.0
 
 /* of the stability limit: what is faster is stopped by the guard, without bounce */
