@@ -69,12 +69,12 @@ static void check_question(const PathKernel *kernel, int question, int seen[8]) 
     for (int i = 0; i < ROOM && question == ADVANCED; i++) {
         before.speed[i] = after.speed[i] = noise(i, 10);
     }
-    if (question == OUTGROWN) {
-        kernel->outgrown(&after.rows, motion, FIRST, END, dt);
-    } else if (question == OUTRUN) {
-        kernel->outrun(&after.rows, motion, FIRST, END, dt);
-    } else {
+    PathQuestion outgrown = {CONTACT_LEAST_NEAR_STEPS, 1.0, dt};
+    PathQuestion outrun = {1.0, CONTACT_PLANE_SHARE, dt};
+    if (question == ADVANCED) {
         kernel->advance(&after.rows, FIRST, END, dt);
+    } else {
+        kernel->ask(&after.rows, motion, question == OUTGROWN ? &outgrown : &outrun, FIRST, END);
     }
     for (int i = 0; i < ROOM; i++) {
         double speed = before.speed[i], next = before.next[i];

@@ -52,8 +52,8 @@
 #define CONTACT_LEAST_SLACK 0.35  /* of dhat */
 #define CONTACT_QUIET_STEPS 200.0 /* that a proof of quiet should hold: it costs some two steps */
 #define CONTACT_QUIET_SHORT_STEPS 20.0 /* ... at least */
-#define CONTACT_QUIET_LONGER                                                                       \
-    1.3 /* of what the last proof gave: what cannot be had is not looked for */
+/* of what the last proof gave: what cannot be had is not looked for */
+#define CONTACT_QUIET_LONGER 1.3
 #define CONTACT_QUIET_LEAST_STEPS 6.0 /* that it must hold, or the lists are made */
 #define CONTACT_QUIET_FOLD_STEPS 30.0 /* less is worth a look at single rows of cells */
 #define CONTACT_QUIET_COST 20.0       /* of a proof, in looks at the spread of neighbours */

@@ -54,8 +54,8 @@ typedef struct ContactMotion {
     void (*mark)(void *owner);      /* spreads count from the positions of now on */
     double (*spread)(void *owner);  /* [m] no two nodes next to each other on a lattice have moved
                                        more against each other */
-    double (*relative)(
-        void *owner); /* [m/s] no two such nodes move faster against each other now */
+    /* [m/s] no two such nodes move faster against each other now */
+    double (*relative)(void *owner);
     void *owner;
 } ContactMotion;
 
@@ -64,9 +64,9 @@ typedef struct ContactView {
     const Lanes *lanes;
     const int *slot;           /* (vertex_count) */
     const unsigned char *held; /* (vertex_count) 1: moved by a handle, not by forces */
-    double
-        stiffer; /* 1: times the share of m / step^2 at obstacles; more under scaled inertia, whose steps are
-                       so much longer and bear it */
+    /* 1: times the share of m / step^2 at obstacles; more under scaled inertia, whose steps are so much
+     * longer and bear it */
+    double stiffer;
     ContactMotion motion;
 } ContactView;
 

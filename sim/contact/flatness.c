@@ -28,15 +28,19 @@ void flatness_slopes(const Surface *surface, const Points *x, int g, Box gradien
     }
 }
 
+double flatness_stretch(Vec3 a, Vec3 b) {
+    double p = vec3_dot(a, a), q = vec3_dot(b, b), r = vec3_dot(a, b);
+    double least = 0.5 * (p + q) - sqrt(0.25 * (p - q) * (p - q) + r * r);
+    return sqrt(fmax(least, 0.0));
+}
+
 double flatness_least(const Box gradient[2]) {
     Vec3 c1 = vec3_scale(0.5, vec3_add(gradient[0].low, gradient[0].high));
     Vec3 c2 = vec3_scale(0.5, vec3_add(gradient[1].low, gradient[1].high));
     Vec3 e1 = vec3_sub(gradient[0].high, gradient[0].low);
     Vec3 e2 = vec3_sub(gradient[1].high, gradient[1].low);
     double e = 0.5 * sqrt(vec3_dot(e1, e1) + vec3_dot(e2, e2));
-    double p = vec3_dot(c1, c1), q = vec3_dot(c2, c2), r = vec3_dot(c1, c2);
-    double least = 0.5 * (p + q) - sqrt(0.25 * (p - q) * (p - q) + r * r);
-    return sqrt(fmax(least, 0.0)) - e;
+    return flatness_stretch(c1, c2) - e;
 }
 
 int flatness_step(int from, int to, int count, bool wrap) {

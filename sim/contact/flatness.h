@@ -17,6 +17,9 @@ typedef struct GroupSlopes {
 /* Bounds of the slopes of a lattice group. */
 void flatness_slopes(const Surface *surface, const Points *x, int group, Box gradient[2]);
 
+/* s_min of the matrix of two gradients. */
+double flatness_stretch(Vec3 a, Vec3 b);
+
 /* s_min(C) - e, where bounds of slopes hold. */
 double flatness_least(const Box gradient[2]);
 

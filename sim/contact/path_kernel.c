@@ -45,8 +45,9 @@ static inline void write_flags(unsigned char *restrict flags, const double *rest
     }
 }
 
-static void outgrown(const PathRows *rows, const GroupMotion *motion, int first, int end,
-                     double dt) {
+static void ask(const PathRows *rows, const GroupMotion *motion, const PathQuestion *question,
+                int first, int end) {
+    const double dt = question->dt, steps = question->steps, share = question->share;
     Meeting m;
     double answers[BATCH];
     for (int at = first; at < end; at += BATCH) {
@@ -57,27 +58,7 @@ static void outgrown(const PathRows *rows, const GroupMotion *motion, int first,
         for (int k = 0; k < count; k++) {
             double speed = __builtin_sqrt(m.square[k]) + m.deviation_a[k] + m.deviation_b[k];
             double next = b.path[k] + speed * dt;
-            double wanted = CONTACT_LEAST_NEAR_STEPS * speed * dt > b.near[k] ? PATH_WANTED : 0.0;
-            b.speed[k] = speed;
-            b.next[k] = next;
-            answers[k] = wanted + answer(next, b.limit[k], b.earliest[k]);
-        }
-        write_flags(rows->flags + at, answers, count);
-    }
-}
-
-static void outrun(const PathRows *rows, const GroupMotion *motion, int first, int end, double dt) {
-    Meeting m;
-    double answers[BATCH];
-    for (int at = first; at < end; at += BATCH) {
-        int count = end - at < BATCH ? end - at : BATCH;
-        Batch b = batch_at(rows, at);
-        look_up(rows->ends + at, motion, count, &m);
-        VECTOR_LOOP
-        for (int k = 0; k < count; k++) {
-            double speed = __builtin_sqrt(m.square[k]) + m.deviation_a[k] + m.deviation_b[k];
-            double next = b.path[k] + speed * dt;
-            double wanted = speed * dt > CONTACT_PLANE_SHARE * b.near[k] ? PATH_WANTED : 0.0;
+            double wanted = steps * speed * dt > share * b.near[k] ? PATH_WANTED : 0.0;
             b.speed[k] = speed;
             b.next[k] = next;
             answers[k] = wanted + answer(next, b.limit[k], b.earliest[k]);
@@ -101,4 +82,4 @@ static void advance(const PathRows *rows, int first, int end, double dt) {
     }
 }
 
-const PathKernel VECTOR_JOIN(path_kernel_, VECTOR_VARIANT) = {outgrown, outrun, advance};
+const PathKernel VECTOR_JOIN(path_kernel_, VECTOR_VARIANT) = {ask, advance};

@@ -30,15 +30,18 @@ typedef struct PathRows {
     unsigned char *flags; /* answers */
 } PathRows;
 
-/* Group pairs first .. end - 1. The first two take speeds from the motion, and paths of a step of dt from
- * them into `next`; they answer all three questions. */
+/* Can `steps` steps of dt [s] use up more than a share of `near`? */
+typedef struct PathQuestion {
+    double steps, share, dt;
+} PathQuestion;
+
+/* Group pairs first .. end - 1: paths of a step of dt into `next`, and answers. */
 typedef struct PathKernel {
-    /* is `near` less than CONTACT_LEAST_NEAR_STEPS? */
-    void (*outgrown)(const PathRows *rows, const GroupMotion *motion, int first, int end,
-                     double dt);
-    /* can a step use up more than CONTACT_PLANE_SHARE of `near`? */
-    void (*outrun)(const PathRows *rows, const GroupMotion *motion, int first, int end, double dt);
-    void (*advance)(const PathRows *rows, int first, int end, double dt); /* by known speeds */
+    /* to all three questions, with speeds from the motion */
+    void (*ask)(const PathRows *rows, const GroupMotion *motion, const PathQuestion *question,
+                int first, int end);
+    /* to the last two, by known speeds */
+    void (*advance)(const PathRows *rows, int first, int end, double dt);
 } PathKernel;
 
 extern const PathKernel path_kernel_scalar, path_kernel_sse2, path_kernel_avx2, path_kernel_avx512;

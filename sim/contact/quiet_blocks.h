@@ -19,8 +19,8 @@ typedef struct QuietStrips {
 typedef struct QuietLevel {
     int across, along; /* blocks along u and v; one row where there is no lattice */
     QuietBlock *blocks;
-    double
-        *window; /* [m] room of every block with those right of it and above; NaN: not asked yet */
+    /* [m] room of every block with those right of it and above; NaN: not asked yet */
+    double *window;
 } QuietLevel;
 
 #define QUIET_MOST_LEVELS 32

@@ -46,7 +46,8 @@ static void make_room(Contact *c) {
     }
 }
 
-/* A question about all group pairs (paths.h). */
+/* A question about all group pairs (paths.h): is `near` less than CONTACT_LEAST_NEAR_STEPS; can a step use up
+ * more than CONTACT_PLANE_SHARE of it; where do paths lead, by known speeds; by those asked about. */
 typedef enum Question { OUTGROWN, OUTRUN, ADVANCED, FORESEEN } Question;
 
 typedef struct OwnerJob {
@@ -74,11 +75,12 @@ static void ask_chunk(int chunk, int first, int end, void *context) {
     const PathRows *paths = &c->lists.paths;
     const PathKernel *kernel = c->lists.path_kernel;
     unsigned char wanted = PATH_SPENT;
-    if (job->question == OUTGROWN) {
-        kernel->outgrown(paths, c->motion, first, end, job->dt);
-        wanted = PATH_WANTED;
-    } else if (job->question == OUTRUN) {
-        kernel->outrun(paths, c->motion, first, end, job->dt);
+    if (job->question == OUTGROWN || job->question == OUTRUN) {
+        bool outgrown = job->question == OUTGROWN;
+        PathQuestion question = {.steps = outgrown ? CONTACT_LEAST_NEAR_STEPS : 1.0,
+                                 .share = outgrown ? 1.0 : CONTACT_PLANE_SHARE,
+                                 .dt = job->dt};
+        kernel->ask(paths, c->motion, &question, first, end);
         wanted = PATH_WANTED;
     } else if (job->question == ADVANCED) {
         kernel->advance(paths, first, end, job->dt);

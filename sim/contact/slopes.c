@@ -1,5 +1,7 @@
 #include "sim/contact/slopes.h"
 
+#include "sim/contact/flatness.h"
+
 static inline Vec3 normal_of(Vec3 a, Vec3 b) { return vec3_unit(vec3_cross(a, b), vec3(0, 0, 1)); }
 
 /* mean and plane of several blocks */
@@ -50,13 +52,6 @@ Slopes slopes_join(const Slopes *const part[], int count) {
     return all;
 }
 
-/* smallest singular value of (a, b) */
-static double least_stretch(Vec3 a, Vec3 b) {
-    double p = vec3_dot(a, a), q = vec3_dot(b, b), r = vec3_dot(a, b);
-    double least = 0.5 * (p + q) - sqrt(0.25 * (p - q) * (p - q) + r * r);
-    return sqrt(max2(least, 0.0));
-}
-
 double slopes_least(const Slopes *const part[], int count) {
     Slopes all = middle_of(part, count);
     double most = 0.0;
@@ -64,5 +59,5 @@ double slopes_least(const Slopes *const part[], int count) {
         double cosine, sine;
         most = max2(most, flat_of(part[k], &all, &cosine, &sine));
     }
-    return least_stretch(all.mean[0], all.mean[1]) - most;
+    return flatness_stretch(all.mean[0], all.mean[1]) - most;
 }
