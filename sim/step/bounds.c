@@ -30,7 +30,7 @@ void bounds_begin(Bounds *b, const int *slot, bool enters) {
     inertia_begin(&b->inertia, b->steer, slot);
     for (int c = 0; c < cloth_count(b) && enters; c++) {
         if (b->lattices[c].scaled) {
-            inertia_enter(&b->inertia, &b->lattices[c], b->lanes, c);
+            inertia_enter(&b->inertia, &b->lattices[c], b->lanes, c, b->grain[c]);
         }
     }
     b->taken = stored(b);
@@ -40,7 +40,7 @@ double bounds_hidden(Bounds *b) {
     double energy = 0.0;
     for (int c = 0; c < cloth_count(b); c++) {
         if (b->lattices[c].scaled) {
-            energy += inertia_hidden(&b->inertia, &b->lattices[c], b->lanes, c);
+            energy += inertia_hidden(&b->inertia, &b->lattices[c], b->lanes, c, b->grain[c]);
         }
     }
     return energy;

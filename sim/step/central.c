@@ -136,6 +136,16 @@ static double guarded(const ExplicitResult *result) {
     return result->contact.impulses + result->contact.truncations;
 }
 
+/* [s] until scaling may be tried again if negative, else for how long the guard has rested; `spoilt`: scaling
+ * spoilt this interval */
+static double unguarded_after(const State *state, const ExplicitResult *result, bool spoilt,
+                              double interval) {
+    if (spoilt) {
+        return -SCALING_PAUSE;
+    }
+    return guarded(result) > 0.0 ? fmin(state->unguarded, 0.0) : state->unguarded + interval;
+}
+
 static bool say_why(const System *system, const Central *central, const State *state,
                     double shortest, const ExplicitResult *result, Error *error) {
     const char *name = central->symplectic_euler ? "symplectic_euler" : "central";
@@ -283,9 +293,7 @@ static bool advance(const System *system, void *data, State *state, double time_
             state->time = time_end;
             state->step_before = 0.0;
             state->calm = calm;
-            state->unguarded = spoilt                   ? -SCALING_PAUSE
-                               : guarded(&result) > 0.0 ? fmin(state->unguarded, 0.0)
-                                                        : state->unguarded + interval;
+            state->unguarded = unguarded_after(state, &result, spoilt, interval);
             record(system, state, &run, &result, statistics);
             return true;
         }

@@ -350,7 +350,6 @@ static double most_of_chunks(Explicit *e, ParallelBody *body) {
         const SweepLattice *l = &e->lattices[c];
         if (l->nu > 0) {
             DriftJob job = {.e = e, .lattice = l};
-            sweep_wrap_rows(l, e->lanes.v);
             parallel_for(l->nv, e->grain[c], body, &job);
             for (int k = 0; k < parallel_chunk_count(l->nv, e->grain[c]); k++) {
                 most = max2(e->chunk_speed[k], most);
@@ -400,7 +399,13 @@ static void relative_chunk(int chunk, int first, int end, void *context) {
     e->chunk_speed[chunk] = e->kernel->spread(lattice, e->lanes.v, NULL, first, end);
 }
 
-static double relative_now(void *owner) { return sqrt(most_of_chunks(owner, relative_chunk)); }
+static double relative_now(void *owner) {
+    Explicit *e = owner;
+    for (int c = 0; c < e->system->cloth_count; c++) {
+        sweep_wrap_rows(&e->lattices[c], e->lanes.v);
+    }
+    return sqrt(most_of_chunks(e, relative_chunk));
+}
 
 static double kinetic_now(const Explicit *e) {
     double energy = 0.0;

@@ -27,9 +27,8 @@ typedef struct ExplicitResult {
                               mass damping took from cloths without a sweep */
     double energy_scale; /* [J] of the energies at hand, for judging the gain */
     double sides;        /* [J] taken out by the bound on sides (sides.h) */
-    double
-        inertia; /* [J] hidden from the kinetic energy by scaled inertia, and lost as that begins or
-                              ends */
+    /* [J] hidden from the kinetic energy by scaled inertia, and lost as that begins or ends */
+    double inertia;
     double fabric, drag;   /* [J] taken out by damping (damping.h), and by air less what it gave */
     double blown;          /* [J] that the air gave on faces */
     double contact_energy; /* [J] at the end */

@@ -64,13 +64,18 @@ void inertia_begin(Inertia *inertia, const Steer *steer, const int *slot) {
     inertia->held_first[system->cloth_count] = at;
 }
 
-/* what is held changes by nothing */
-static void keep_held(Inertia *inertia, double *const moved[3], const Lanes *lanes, int c) {
+static void clear_held(const Inertia *inertia, double *const lane[3], int c) {
     for (int k = inertia->held_first[c]; k < inertia->held_first[c + 1]; k++) {
-        int slot = inertia->held[k];
         for (int a = 0; a < 3; a++) {
-            inertia->kept[a][k] = lanes->v[a][slot];
-            moved[a][slot] = 0.0;
+            lane[a][inertia->held[k]] = 0.0;
+        }
+    }
+}
+
+static void keep_held(const Inertia *inertia, const Lanes *lanes, int c) {
+    for (int k = inertia->held_first[c]; k < inertia->held_first[c + 1]; k++) {
+        for (int a = 0; a < 3; a++) {
+            inertia->kept[a][k] = lanes->v[a][inertia->held[k]];
         }
     }
 }
@@ -86,23 +91,8 @@ static void restore_held(const Inertia *inertia, const Lanes *lanes, int c) {
 typedef struct InertiaJob {
     const Inertia *inertia;
     InertiaChange change;
-    const InertiaBlocks *blocks; /* NULL: all */
+    const InertiaBlocks *blocks; /* NULL: every block changed */
 } InertiaJob;
-
-static void spread_chunk(int chunk, int first, int end, void *context) {
-    const InertiaJob *job = context;
-    double *buffer = job->inertia->buffers + job->inertia->buffer_size * (size_t)chunk;
-    for (int j = first; j < end; j++) {
-        job->inertia->kernel(&job->change, j, 0, job->change.lattice->nu, buffer);
-    }
-}
-
-void inertia_spread(Inertia *inertia, const SweepLattice *l, const Lanes *lanes, int c, int grain) {
-    InertiaJob job = {inertia, {l, inertia->moved, lanes->v, 1.0}, NULL};
-    keep_held(inertia, inertia->moved, lanes, c);
-    parallel_for(l->nv, grain, spread_chunk, &job);
-    restore_held(inertia, lanes, c);
-}
 
 /* does a change in blocks b - 1 .. b + 1 of a row reach block b of row j? */
 static bool reaches(const InertiaBlocks *blocks, int row_count, int j, int b) {
@@ -145,14 +135,32 @@ static void spread_row(const Inertia *inertia, const InertiaChange *change,
     }
 }
 
-static void blocks_chunk(int chunk, int first, int end, void *context) {
+static void spread_chunk(int chunk, int first, int end, void *context) {
     const InertiaJob *job = context;
+    const SweepLattice *l = job->change.lattice;
     double *buffer = job->inertia->buffers + job->inertia->buffer_size * (size_t)chunk;
     for (int j = first; j < end; j++) {
-        if (reaches_row(job->blocks, job->change.lattice->nv, j)) {
+        if (!job->blocks) {
+            job->inertia->kernel(&job->change, j, 0, l->nu, buffer);
+        } else if (reaches_row(job->blocks, l->nv, j)) {
             spread_row(job->inertia, &job->change, job->blocks, j, buffer);
         }
     }
+}
+
+/* v += S moved - share moved, where a change of `blocks` reaches, or everywhere */
+static void spread(const Inertia *inertia, const SweepLattice *l, double *const moved[3],
+                   double *const v[3], double share, const InertiaBlocks *blocks, int grain) {
+    InertiaJob job = {inertia, {l, moved, v, share}, blocks};
+    parallel_for(l->nv, grain, spread_chunk, &job);
+}
+
+/* what is held changes by nothing */
+void inertia_spread(Inertia *inertia, const SweepLattice *l, const Lanes *lanes, int c, int grain) {
+    keep_held(inertia, lanes, c);
+    clear_held(inertia, inertia->moved, c);
+    spread(inertia, l, inertia->moved, lanes->v, 1.0, NULL, grain);
+    restore_held(inertia, lanes, c);
 }
 
 static void clear_blocks(const Inertia *inertia, const SweepLattice *l,
@@ -169,9 +177,9 @@ static void clear_blocks(const Inertia *inertia, const SweepLattice *l,
 
 void inertia_spread_blocks(Inertia *inertia, const SweepLattice *l, const Lanes *lanes, int c,
                            double share, const InertiaBlocks *blocks, int grain) {
-    InertiaJob job = {inertia, {l, inertia->pulled, lanes->v, share}, blocks};
-    keep_held(inertia, inertia->pulled, lanes, c);
-    parallel_for(l->nv, grain, blocks_chunk, &job);
+    keep_held(inertia, lanes, c);
+    clear_held(inertia, inertia->pulled, c);
+    spread(inertia, l, inertia->pulled, lanes->v, share, blocks, grain);
     restore_held(inertia, lanes, c);
     clear_blocks(inertia, l, blocks);
 }
@@ -183,26 +191,11 @@ static void copy_rows(const SweepLattice *l, double *const from[3], double *cons
     }
 }
 
-static void spread_rows(const Inertia *inertia, const InertiaChange *change) {
-    for (int j = 0; j < change->lattice->nv; j++) {
-        inertia->kernel(change, j, 0, change->lattice->nu, inertia->buffers);
-    }
-}
-
-void inertia_enter(Inertia *inertia, const SweepLattice *l, const Lanes *lanes, int c) {
-    InertiaChange change = {l, inertia->search, lanes->v, 1.0};
+void inertia_enter(Inertia *inertia, const SweepLattice *l, const Lanes *lanes, int c, int grain) {
     copy_rows(l, lanes->v, inertia->search);
-    keep_held(inertia, inertia->moved, lanes, c);
-    spread_rows(inertia, &change);
+    keep_held(inertia, lanes, c);
+    spread(inertia, l, inertia->search, lanes->v, 1.0, NULL, grain);
     restore_held(inertia, lanes, c);
-}
-
-static void clear_held(const Inertia *inertia, double *const lane[3], int c) {
-    for (int k = inertia->held_first[c]; k < inertia->held_first[c + 1]; k++) {
-        for (int a = 0; a < 3; a++) {
-            lane[a][inertia->held[k]] = 0.0;
-        }
-    }
 }
 
 /* sum of a M b */
@@ -231,28 +224,29 @@ static void add_rows(const SweepLattice *l, double factor, double *const x[3], d
 }
 
 /* inertia->moved = S x of the free nodes; x is zero at held ones */
-static void spread_free(const Inertia *inertia, const SweepLattice *l, double *const x[3], int c) {
-    InertiaChange change = {l, x, inertia->moved, 0.0};
+static void spread_free(const Inertia *inertia, const SweepLattice *l, double *const x[3], int c,
+                        int grain) {
     for (int a = 0; a < 3; a++) {
         memset(inertia->moved[a] + l->first, 0, (size_t)l->nv * (size_t)l->stride * sizeof(double));
     }
-    spread_rows(inertia, &change);
+    spread(inertia, l, x, inertia->moved, 0.0, NULL, grain);
     clear_held(inertia, inertia->moved, c);
 }
 
-double inertia_hidden(Inertia *inertia, const SweepLattice *l, const Lanes *lanes, int c) {
+double inertia_hidden(Inertia *inertia, const SweepLattice *l, const Lanes *lanes, int c,
+                      int grain) {
     double *const *u = inertia->solution, *const *r = inertia->residual,
                   *const *p = inertia->search;
     const double *weight = lanes->weight;
     copy_rows(l, lanes->v, u);
     clear_held(inertia, u, c);
     copy_rows(l, u, r);
-    spread_free(inertia, l, u, c);
+    spread_free(inertia, l, u, c, grain);
     add_rows(l, -1.0, inertia->moved, r);
     copy_rows(l, r, p);
     double square = product(l, weight, r, r), enough = HIDDEN_TOLERANCE * square;
     for (int k = 0; k < HIDDEN_ITERATIONS && square > enough; k++) {
-        spread_free(inertia, l, p, c);
+        spread_free(inertia, l, p, c, grain);
         double length = square / product(l, weight, p, inertia->moved), before = square;
         add_rows(l, length, p, u);
         add_rows(l, -length, inertia->moved, r);

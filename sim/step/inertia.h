@@ -80,10 +80,12 @@ void inertia_spread_blocks(Inertia *inertia, const SweepLattice *lattice, const 
                            double share, const InertiaBlocks *blocks, int grain);
 
 /* Velocities that belong to true inertia become those of the same momentum under scaled inertia. */
-void inertia_enter(Inertia *inertia, const SweepLattice *lattice, const Lanes *lanes, int c);
+void inertia_enter(Inertia *inertia, const SweepLattice *lattice, const Lanes *lanes, int c,
+                   int grain);
 
 /* [J] kinetic energy of cloth c under scaled inertia, beyond that of its masses: (v' W^-1 v - v' M v) / 2 of
  * the nodes that are free, by conjugate gradients. */
-double inertia_hidden(Inertia *inertia, const SweepLattice *lattice, const Lanes *lanes, int c);
+double inertia_hidden(Inertia *inertia, const SweepLattice *lattice, const Lanes *lanes, int c,
+                      int grain);
 
 #endif

@@ -52,8 +52,17 @@ static void add_side(Sides *sides, const Lanes *lanes, const unsigned char *held
     side->impulse = 0.0;
 }
 
+static void mark_cell(Sides *sides, int i, int j) {
+    int right = i + 1 < sides->lattice->nu ? i + 1 : 0;
+    for (int row = j; row <= j + 1; row++) {
+        inertia_blocks_mark(&sides->blocks, i, row);
+        inertia_blocks_mark(&sides->blocks, right, row);
+    }
+}
+
 static void add_cell(Sides *sides, const Lanes *lanes, const unsigned char *held, int i, int j) {
     const SweepLattice *l = sides->lattice;
+    int before = sides->count;
     int right = i + 1 < l->nu ? i + 1 : 0, row = l->first + j * l->stride;
     int node[4] = {j * l->nu + i, j * l->nu + right, (j + 1) * l->nu + i, (j + 1) * l->nu + right};
     int slot[4] = {row + i, row + right, row + l->stride + i, row + l->stride + right};
@@ -70,13 +79,8 @@ static void add_cell(Sides *sides, const Lanes *lanes, const unsigned char *held
             add_side(sides, lanes, held, k, node, slot, &found);
         }
     }
-}
-
-static void mark_cell(Sides *sides, int i, int j) {
-    int right = i + 1 < sides->lattice->nu ? i + 1 : 0;
-    for (int row = j; row <= j + 1; row++) {
-        inertia_blocks_mark(&sides->blocks, i, row);
-        inertia_blocks_mark(&sides->blocks, right, row);
+    if (sides->count > before && l->scaled) {
+        mark_cell(sides, i, j);
     }
 }
 
@@ -89,12 +93,8 @@ void sides_find(Sides *sides, const Lanes *lanes, const unsigned char *held, boo
     for (int j = 0; l && j + 1 < l->nv; j++) {
         const unsigned char *cell = sides->seen.cell + j * l->nu;
         for (int i = 0; (all || sides->seen.row[j]) && i < (l->wrap ? l->nu : l->nu - 1); i++) {
-            int count = sides->count;
             if (all || cell[i]) {
                 add_cell(sides, lanes, held, i, j);
-            }
-            if (sides->count > count && l->scaled) {
-                mark_cell(sides, i, j);
             }
         }
     }

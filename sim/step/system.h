@@ -54,8 +54,8 @@ typedef struct State {
     double *history;    /* (system.history_count) of the cloths, one after the other */
     double scaled;      /* 1: the explicit road scaled inertia when it came here (inertia.h) */
     double hidden;      /* [J] then: kinetic energy beyond that of the masses */
-    double unguarded;   /* [s] for which the guard of contact had nothing to do */
-    double calm;        /* [s] for which nothing has moved; explicit cloth then sleeps */
+    double unguarded; /* [s] for which the guard of contact had nothing to do; negative: a pause */
+    double calm;      /* [s] for which nothing has moved; explicit cloth then sleeps */
     ContactMemory contact;
     double
         *contact_force; /* [N] (place_count x 3) of contacts on the cloth: explicit, the mean over
