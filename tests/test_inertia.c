@@ -180,7 +180,8 @@ static void test_hidden(void **unused) {
         double *v = arena_push(&r.play.arena, double, 3 * r.system->place_count);
         spread(&r, u, v);
         double exact = 0.5 * (product(&r, v, u) - product(&r, v, v));
-        CHECK_NEAR(inertia_hidden(&r.inertia, &r.lattice, &r.lanes, 0) / exact, 1.0, 1e-3);
+        CHECK_NEAR(inertia_hidden(&r.inertia, &r.lattice, &r.lanes, 0, r.lattice.nv) / exact, 1.0,
+                   1e-3);
         play_end(&r.play);
     }
 }
