@@ -18,6 +18,7 @@ CFLAGS += -O2
 # small fixed loops over slopes and strains: unrolled they cost half
 $(BUILD)/sim/model/strain.o: CFLAGS += -O3
 $(BUILD)/sim/contact/%.o: CFLAGS += -O3
+$(BUILD)/sim/step/sides.o: CFLAGS += -O3
 else ifeq ($(config),debug)
 CFLAGS += -O0
 CPPFLAGS += -DTOILE_JUDGE # every frame, by the exact check

@@ -41,19 +41,32 @@ static inline double side_bound_most(double spacing) { return SIDE_BOUND_MOST * 
  * along u, then two along v. */
 extern const int side_bound_corners[4][4];
 
-/* Is a side too long? `own` [m] along it, `mean` that of it and the one across, `spacing` at rest. */
-static inline bool side_bound_exceeded(Vec3 own, Vec3 mean, double spacing, SideExcess *out) {
+/* Is a side too long? `square` [m2] of its length, `of_cell` of the mean of it and the one across, `rest` of
+ * the spacing. */
+static inline bool side_bound_is_exceeded(double square, double of_cell, double rest) {
+    const double allowed = 1.0 + SWEEP_SIDE_EXCESS;
+    return square > allowed * allowed * max2(rest, of_cell);
+}
+
+/* By how much: `own` [m] along it, `mean` that of it and the one across, `spacing` at rest. */
+static inline SideExcess side_bound_excess(Vec3 own, Vec3 mean, double spacing) {
     const double allowed = 1.0 + SWEEP_SIDE_EXCESS;
     double square = vec3_dot(own, own), of_cell = vec3_dot(mean, mean), rest = spacing * spacing;
-    if (square <= allowed * allowed * max2(rest, of_cell)) {
+    double length = sqrt(square), stretched = of_cell > rest ? sqrt(of_cell) : spacing;
+    SideExcess found = {.excess = length - allowed * stretched,
+                        .most = side_bound_most(spacing),
+                        /* the bound of a stretched cell moves with it */
+                        .slope[1] =
+                            vec3_scale(of_cell > rest ? -0.5 * allowed / stretched : 0.0, mean)};
+    found.slope[0] = vec3_axpy(found.slope[1], 1.0 / length, own);
+    return found;
+}
+
+static inline bool side_bound_exceeded(Vec3 own, Vec3 mean, double spacing, SideExcess *out) {
+    if (!side_bound_is_exceeded(vec3_dot(own, own), vec3_dot(mean, mean), spacing * spacing)) {
         return false;
     }
-    double length = sqrt(square), stretched = of_cell > rest ? sqrt(of_cell) : spacing;
-    out->excess = length - allowed * stretched;
-    out->most = side_bound_most(spacing);
-    /* the bound of a stretched cell moves with it */
-    out->slope[1] = vec3_scale(of_cell > rest ? -0.5 * allowed / stretched : 0.0, mean);
-    out->slope[0] = vec3_axpy(out->slope[1], 1.0 / length, own);
+    *out = side_bound_excess(own, mean, spacing);
     return out->excess > 0.0;
 }
 

@@ -68,6 +68,9 @@ typedef struct SweepKernel {
      * [m2/s2]. */
     double (*drift)(const SweepLattice *lattice, const Lanes *lanes, const SweepDrift *drift,
                     int row_begin, int row_end);
+    /* Marks the cells that a kick would. */
+    void (*mark)(const SweepLattice *lattice, const Lanes *lanes, const SweepSides *sides,
+                 int row_begin, int row_end, double *buffer);
     /* Largest v.v of those rows [m2/s2]. */
     double (*fastest)(const SweepLattice *lattice, const Lanes *lanes, int row_begin, int row_end);
     /* Largest square of the difference of x - from, or of x alone, at two nodes next to each other:

@@ -389,11 +389,21 @@ static void mark_long(const SweepLattice *l, const Lanes *lanes, int j, const Sw
         excess[i] = over1 > over2 ? over1 : over2;
     }
     unsigned char any = 0, *restrict cell = sides->cell + (ptrdiff_t)j * l->nu;
+#ifdef VECTOR_SIMD
+#pragma omp simd reduction(| : any)
+#endif
     for (int i = 0; i < count; i++) {
         cell[i] = excess[i] > 0.0;
         any |= cell[i];
     }
     sides->row[j] = any;
+}
+
+static void mark_rows(const SweepLattice *l, const Lanes *lanes, const SweepSides *sides,
+                      int row_begin, int row_end, double *buffer) {
+    for (int j = row_begin; j < row_end && j + 1 < l->nv; j++) {
+        mark_long(l, lanes, j, sides, buffer);
+    }
 }
 
 static void no_cells(const SweepLattice *l, const CellRow *cells) {
@@ -581,4 +591,4 @@ static double spread_of_rows(const SweepLattice *l, double *const x[3], double *
 
 extern const SweepKernel VECTOR_JOIN(sweep_kernel_, VECTOR_VARIANT);
 const SweepKernel VECTOR_JOIN(sweep_kernel_, VECTOR_VARIANT) = {
-    VECTOR_TEXT(VECTOR_VARIANT), kick_rows, drift_rows, fastest_of_rows, spread_of_rows};
+    VECTOR_TEXT(VECTOR_VARIANT), kick_rows, drift_rows, mark_rows, fastest_of_rows, spread_of_rows};

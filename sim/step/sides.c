@@ -1,8 +1,5 @@
 #include "sim/step/sides.h"
 
-#include <math.h>
-#include <string.h>
-
 Sides sides_create(const SweepLattice *lattice, Arena *arena) {
     if (!lattice->bounded) {
         return (Sides){0};
@@ -10,7 +7,11 @@ Sides sides_create(const SweepLattice *lattice, Arena *arena) {
     SweepSides seen = {arena_push(arena, unsigned char, lattice->nv),
                        arena_push(arena, unsigned char, lattice->nu * lattice->nv)};
     return (Sides){.lattice = lattice,
+                   .kernel = sweep_kernel_best(),
                    .seen = seen,
+                   .cells = arena_push(arena, int, lattice->nu),
+                   .longer = arena_push(arena, int, 4 * lattice->nu),
+                   .buffer = arena_push(arena, double, lattice->stride + LANE_MARGIN),
                    .blocks = inertia_blocks_create(lattice, arena),
                    .arena = arena};
 }
@@ -27,29 +28,45 @@ static inline double growth(const LongSide *side, const Lanes *lanes) {
            vec3_dot(side->slope[1], difference(lanes->v, s[2], s[3]));
 }
 
-static LongSide *new_side(Sides *sides) {
-    if (sides->count == sides->room) {
-        sides->room = 2 * sides->room + 64;
-        sides->list = arena_grow(sides->arena, LongSide, sides->list, sides->count, sides->room);
-    }
-    return &sides->list[sides->count++];
+/* nodes or slots at the corners of a cell, whose first is `at` and whose rows are `stride` apart */
+static inline void find_corners(const SweepLattice *l, int i, int at, int stride, int corner[4]) {
+    int right = i + 1 < l->nu ? i + 1 : 0;
+    corner[0] = at + i, corner[1] = at + right;
+    corner[2] = corner[0] + stride, corner[3] = corner[1] + stride;
 }
 
-/* side k of the cell with these nodes, which is too long */
-static void add_side(Sides *sides, const Lanes *lanes, const unsigned char *held, int k,
-                     const int node[4], const int slot[4], const SideExcess *found) {
-    LongSide *side = new_side(sides);
-    for (int c = 0; c < 4; c++) {
-        int corner = side_bound_corners[k][c];
-        side->slot[c] = slot[corner];
-        side->mobility[c] = held[node[corner]] ? 0.0 : lanes->weight[slot[corner]];
+/* the marked cells of a row */
+static int choose_cells(const Sides *sides, int j) {
+    const SweepLattice *l = sides->lattice;
+    const unsigned char *marked = sides->seen.cell + j * l->nu;
+    int count = 0, end = l->wrap ? l->nu : l->nu - 1;
+    for (int i = 0; i < end; i++) {
+        sides->cells[count] = i;
+        count += marked[i];
     }
-    side->slope[0] = found->slope[0], side->slope[1] = found->slope[1];
-    side->excess = found->excess;
-    side->most = found->most;
-    side->stiffness = side_bound_stiffness(sides->lattice, k / 2);
-    side->before = growth(side, lanes);
-    side->impulse = 0.0;
+    return count;
+}
+
+/* which sides of those cells are too long; every other one is, so nothing is branched on */
+static int choose_sides(const Sides *sides, const Lanes *lanes, int j, int cell_count) {
+    const SweepLattice *l = sides->lattice;
+    double rest[2] = {l->h1 * l->h1, l->h2 * l->h2};
+    int count = 0, slot[4];
+    for (int n = 0; n < cell_count; n++) {
+        find_corners(l, sides->cells[n], l->first + j * l->stride, l->stride, slot);
+        for (int axis = 0; axis < 2; axis++) {
+            const int *own = side_bound_corners[2 * axis], *across = own + 2;
+            Vec3 one = difference(lanes->x, slot[own[0]], slot[own[1]]);
+            Vec3 two = difference(lanes->x, slot[across[0]], slot[across[1]]);
+            Vec3 mean = vec3_scale(0.5, vec3_add(one, two));
+            double of_cell = vec3_dot(mean, mean);
+            sides->longer[count] = 4 * sides->cells[n] + 2 * axis;
+            count += side_bound_is_exceeded(vec3_dot(one, one), of_cell, rest[axis]);
+            sides->longer[count] = 4 * sides->cells[n] + 2 * axis + 1;
+            count += side_bound_is_exceeded(vec3_dot(two, two), of_cell, rest[axis]);
+        }
+    }
+    return count;
 }
 
 static void mark_cell(Sides *sides, int i, int j) {
@@ -60,42 +77,67 @@ static void mark_cell(Sides *sides, int i, int j) {
     }
 }
 
-static void add_cell(Sides *sides, const Lanes *lanes, const unsigned char *held, int i, int j) {
+/* side k of cell i of row j */
+static void set_side(const Sides *sides, const Lanes *lanes, const unsigned char *held, int i,
+                     int j, int k, LongSide *side) {
     const SweepLattice *l = sides->lattice;
-    int before = sides->count;
-    int right = i + 1 < l->nu ? i + 1 : 0, row = l->first + j * l->stride;
-    int node[4] = {j * l->nu + i, j * l->nu + right, (j + 1) * l->nu + i, (j + 1) * l->nu + right};
-    int slot[4] = {row + i, row + right, row + l->stride + i, row + l->stride + right};
-    Vec3 along[4], mean[2]; /* both sides along u, both along v; of each two */
-    for (int k = 0; k < 4; k++) {
-        const int *corner = side_bound_corners[k];
-        along[k] = difference(lanes->x, slot[corner[0]], slot[corner[1]]);
+    int node[4], slot[4];
+    find_corners(l, i, j * l->nu, l->nu, node);
+    find_corners(l, i, l->first + j * l->stride, l->stride, slot);
+    for (int c = 0; c < 4; c++) {
+        int corner = side_bound_corners[k][c];
+        side->slot[c] = slot[corner];
+        side->mobility[c] = held[node[corner]] ? 0.0 : lanes->weight[slot[corner]];
     }
-    mean[0] = vec3_scale(0.5, vec3_add(along[0], along[1]));
-    mean[1] = vec3_scale(0.5, vec3_add(along[2], along[3]));
-    for (int k = 0; k < 4; k++) {
-        SideExcess found;
-        if (side_bound_exceeded(along[k], mean[k / 2], k < 2 ? l->h1 : l->h2, &found)) {
-            add_side(sides, lanes, held, k, node, slot, &found);
+    Vec3 own = difference(lanes->x, side->slot[0], side->slot[1]);
+    Vec3 across = difference(lanes->x, side->slot[2], side->slot[3]);
+    Vec3 mean = vec3_scale(0.5, vec3_add(own, across));
+    SideExcess found = side_bound_excess(own, mean, k < 2 ? l->h1 : l->h2);
+    side->slope[0] = found.slope[0], side->slope[1] = found.slope[1];
+    side->excess = found.excess;
+    side->most = found.most;
+    side->stiffness = side_bound_stiffness(l, k / 2);
+    side->before = growth(side, lanes);
+    side->impulse = 0.0;
+}
+
+static void make_room(Sides *sides, int more) {
+    if (sides->count + more > sides->room) {
+        sides->room = 2 * (sides->count + more) + 64;
+        sides->list = arena_grow(sides->arena, LongSide, sides->list, sides->count, sides->room);
+    }
+}
+
+static void add_row(Sides *sides, const Lanes *lanes, const unsigned char *held, int j) {
+    int count = choose_sides(sides, lanes, j, choose_cells(sides, j));
+    make_room(sides, count);
+    for (int n = 0; n < count; n++) {
+        int i = sides->longer[n] / 4;
+        LongSide *side = &sides->list[sides->count];
+        set_side(sides, lanes, held, i, j, sides->longer[n] % 4, side);
+        if (side->excess > 0.0) {
+            sides->count++;
+            if (sides->lattice->scaled) {
+                mark_cell(sides, i, j);
+            }
         }
-    }
-    if (sides->count > before && l->scaled) {
-        mark_cell(sides, i, j);
     }
 }
 
 void sides_find(Sides *sides, const Lanes *lanes, const unsigned char *held, bool all) {
     const SweepLattice *l = sides->lattice;
     sides->count = 0;
-    if (l) {
-        inertia_blocks_clear(&sides->blocks, l->nv);
+    if (!l) {
+        return;
     }
-    for (int j = 0; l && j + 1 < l->nv; j++) {
-        const unsigned char *cell = sides->seen.cell + j * l->nu;
-        for (int i = 0; (all || sides->seen.row[j]) && i < (l->wrap ? l->nu : l->nu - 1); i++) {
-            if (all || cell[i]) {
-                add_cell(sides, lanes, held, i, j);
-            }
+    inertia_blocks_clear(&sides->blocks, l->nv);
+    if (all) {
+        sweep_wrap_rows(l, lanes->x);
+        sides->kernel->mark(l, lanes, &sides->seen, 0, l->nv, sides->buffer);
+    }
+    for (int j = 0; j + 1 < l->nv; j++) {
+        if (sides->seen.row[j]) {
+            add_row(sides, lanes, held, j);
         }
     }
 }

@@ -33,7 +33,10 @@ typedef struct LongSide {
 /* The sides of one cloth. All zero: a cloth without any. */
 typedef struct Sides {
     const SweepLattice *lattice;
+    const SweepKernel *kernel;
     SweepSides seen;      /* by the last kick */
+    int *cells, *longer;  /* (nu), (4 nu) of a row: columns; 4 column + side */
+    double *buffer;       /* a row */
     LongSide *list;       /* (count) in this kick */
     InertiaBlocks blocks; /* of nodes that sides_hold changes, on a scaled lattice */
     int count, room;
