@@ -4,7 +4,6 @@
 #include <string.h>
 
 #include "sim/base/clock.h"
-#include "sim/base/hash.h"
 #include "sim/base/parallel.h"
 #include "sim/contact/engine.h"
 #include "sim/contact/force.h"
@@ -98,9 +97,10 @@ static void create_obstacles(Contact *c, Arena *arena) {
     int owners = contact_owners(c);
     c->group_touches = arena_push(arena, GroupTouch, owners);
     c->resting = resting_create(owners, arena);
-    c->owner_wanted = arena_push(arena, unsigned char, owners);
     c->due_groups = arena_push(arena, int, owners);
-    c->touch_counts = arena_push(arena, int, owners);
+    c->spent_groups = arena_push(arena, int, owners);
+    c->due_counts = arena_push(arena, int, owners);
+    c->spent_counts = arena_push(arena, int, owners);
     c->distances = arena_push(arena, VertexDistance, n * o);
     c->poses = arena_push(arena, Pose, o);
     c->frames = arena_push(arena, Frame, o);
@@ -177,9 +177,16 @@ void contact_clear_twins(Contact *c, int most) {
     }
 }
 
+/* multiplied by odd numbers without a pattern; the upper bits are mixed best */
+static uint64_t twin_hash(const int key[3]) {
+    uint64_t ends = (uint64_t)(uint32_t)key[1] << 32 | (uint32_t)key[2];
+    uint64_t all = ends * 0x9e3779b97f4a7c15U ^ (uint64_t)(uint32_t)key[0] * 0xc2b2ae3d27d4eb4fU;
+    return all * 0x9e3779b97f4a7c15U >> 32;
+}
+
 int contact_find_twin(Contact *c, const int key[3], int index) {
     uint64_t mask = (uint64_t)c->twin_room - 1;
-    for (uint64_t at = hash_bytes(key, 3 * sizeof *key);; at++) {
+    for (uint64_t at = twin_hash(key);; at++) {
         Twin *twin = &c->twins[at & mask];
         if (twin->pair < 0) {
             *twin = (Twin){{key[0], key[1], key[2]}, index};

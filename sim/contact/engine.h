@@ -112,24 +112,23 @@ struct Contact {
     double level_step;   /* [m] how much nearer any two groups come in this step, at most */
     double *weight_kept; /* [1/kg] (vertex_count) lanes weight without contact */
     /* obstacles */
-    GroupTouch *group_touches;   /* (group_count x obstacle_count) */
-    unsigned char *owner_wanted; /* likewise: to be searched */
-    int *due_groups;             /* likewise: with touches to be looked at */
-    Touch *touches;              /* (touch_end) in blocks of groups, and holes */
-    double *touch_due;  /* [m] (touch_end) path of the group at which it must be looked at */
-    Touch *old_touches; /* the other half of a room that is used in turns */
-    double *old_touch_due;
-    int touch_count, touch_end, touch_room; /* touch_count: without holes */
+    GroupTouch *group_touches; /* (group_count x obstacle_count) */
+    int *due_groups;           /* likewise: with touches to be looked at */
+    Touch *touches;            /* (touch_end) in blocks of groups, which are not full */
+    double *touch_due;         /* [m] (touch_end) path of the group at which it must be looked at */
+    int touch_count, touch_end, touch_room; /* touch_count: of all groups */
     int *due_touches;
     int due_touch_count;
     int *looked;       /* (touch_room) triangles of each group from its `begin` on */
     int *near_touches; /* (touch_room) likewise */
     int due_group_count;
-    Resting resting;           /* groups over flat faces */
-    int *touch_counts;         /* of chunks of groups */
-    VertexDistance *distances; /* (vertex_count x obstacle_count) */
-    Pose *poses, *next;        /* (obstacle_count) now; demanded at the end of the step */
-    Frame *frames;             /* (obstacle_count) of poses */
+    Resting resting;                /* groups over flat faces */
+    int *spent_groups;              /* (group_count x obstacle_count) that want to be searched */
+    int *due_counts, *spent_counts; /* of chunks of groups */
+    bool touches_asked;             /* these are known for the paths of now */
+    VertexDistance *distances;      /* (vertex_count x obstacle_count) */
+    Pose *poses, *next;             /* (obstacle_count) now; demanded at the end of the step */
+    Frame *frames;                  /* (obstacle_count) of poses */
     double *clocks, *next_clocks, *obstacle_speed;
     double *mesh_target;      /* [m] (places of meshes x 3) demanded at the end of the step */
     double *bristles;         /* [m] (vertex_count x obstacle_count x 3) */

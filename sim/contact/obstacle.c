@@ -123,22 +123,24 @@ void obstacle_forces(Contact *c, double dt, double share) {
 
 /* ---- guard ---- */
 
-/* speeds of all groups; returns the largest share of its `near` that one can use up in dt */
-static double take_speeds(Contact *c, double dt) {
+/* Speeds of all groups. Does so many times the motion of one in dt exceed its `near`? */
+static bool take_speeds(Contact *c, double times, double dt) {
     int obstacles = c->def->obstacle_count;
-    double most = 0.0;
-    for (int i = 0; i < contact_owners(c); i++) {
-        const GroupMotion *motion = &c->motion[i / obstacles];
-        GroupTouch *group = &c->group_touches[i];
-        group->speed = motion->fastest + c->obstacle_speed[i % obstacles];
-        most = max2(most, group->speed * dt / group->near);
+    GroupTouch *group = c->group_touches;
+    bool exceeds = false;
+    for (int g = 0; g < contact_cloth_groups(c); g++) {
+        double fastest = c->motion[g].fastest;
+        for (int o = 0; o < obstacles; o++, group++) {
+            group->speed = fastest + c->obstacle_speed[o];
+            exceeds |= times * group->speed * dt > group->near;
+        }
     }
-    return most;
+    return exceeds;
 }
 
 void obstacle_refresh(Contact *c, double dt) {
-    bool outgrown = CONTACT_LEAST_NEAR_STEPS * take_speeds(c, dt) > 1.0;
-    if (outgrown && obstacle_search(c, false, dt)) {
+    bool outgrown = take_speeds(c, CONTACT_LEAST_NEAR_STEPS, dt);
+    if (outgrown && obstacle_search(c, dt)) {
         obstacle_look(c);
     }
 }
@@ -215,17 +217,11 @@ void obstacle_shorten(Contact *c, double dt) {
 }
 
 bool obstacle_check(Contact *c, double dt) {
-    bool again = take_speeds(c, dt) > CONTACT_PLANE_SHARE;
-    if (again && obstacle_search(c, false, dt)) {
+    bool again = take_speeds(c, 1.0 / CONTACT_PLANE_SHARE, dt);
+    if (again && obstacle_search(c, dt)) {
         obstacle_look(c);
     }
     return again;
-}
-
-void obstacle_advance(Contact *c, double dt) {
-    for (int i = 0; i < contact_owners(c); i++) {
-        c->group_touches[i].path += c->group_touches[i].speed * dt;
-    }
 }
 
 /* [J] of a touch that is due */

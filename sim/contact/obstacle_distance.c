@@ -6,7 +6,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "sim/base/parallel.h"
 #include "sim/contact/engine.h"
 
 static bool vec3_same(Vec3 a, Vec3 b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
@@ -16,22 +15,38 @@ static Vec3 frame_apply(const Frame *f, Vec3 a) {
     return vec3_axpy(sum, a.z, f->axis[2]);
 }
 
-/* Of a vertex now, unless it is known: into `own`, as other threads may read what is known; a thread
- * alone makes it known to the next triangle. */
-static const VertexDistance *vertex_distance(const Contact *c, const Points *x, int place,
-                                             int obstacle, VertexDistance *own) {
-    VertexDistance *known =
-        &c->distances[(size_t)place * (size_t)c->def->obstacle_count + (size_t)obstacle];
-    if (known->stamp == c->lists.stamp) {
-        return known;
-    }
-    own = parallel_threads() == 1 ? known : own;
+static size_t corner_index(const Contact *c, int place, int obstacle) {
+    return (size_t)place * (size_t)c->def->obstacle_count + (size_t)obstacle;
+}
+
+static void find_distance(const Contact *c, const Points *x, int place, int obstacle,
+                          VertexDistance *out) {
     const Frame *f = &c->frames[obstacle];
     Vec3 d = vec3_sub(point_at(x, place), f->origin);
-    own->stamp = c->lists.stamp;
-    own->place = vec3(vec3_dot(f->axis[0], d), vec3_dot(f->axis[1], d), vec3_dot(f->axis[2], d));
-    own->distance = solid_distance(&c->def->obstacles[obstacle].solid, own->place, &own->normal);
-    return own;
+    out->stamp = c->lists.stamp;
+    out->place = vec3(vec3_dot(f->axis[0], d), vec3_dot(f->axis[1], d), vec3_dot(f->axis[2], d));
+    out->distance = solid_distance(&c->def->obstacles[obstacle].solid, out->place, &out->normal);
+}
+
+/* Of corner k of a triangle: known, or found by this thread for a triangle before it, or found into `own`
+ * where an earlier corner has its place; what is known is left to other threads to read. */
+static const VertexDistance *corner_distance(const Contact *c, const Points *x, const Touch *touch,
+                                             int k, Corners *corners,
+                                             const VertexDistance *const before[],
+                                             VertexDistance *own) {
+    size_t index = corner_index(c, touch->place[k], touch->obstacle);
+    if (c->distances[index].stamp == c->lists.stamp) {
+        return &c->distances[index];
+    }
+    Corner *corner = &corners->one[index % CORNERS];
+    if (corner->next_index == index + 1) {
+        return &corner->found;
+    }
+    bool taken = (k > 0 && before[0] == &corner->found) || (k > 1 && before[1] == &corner->found);
+    VertexDistance *out = taken ? own : &corner->found;
+    corner->next_index = taken ? corner->next_index : index + 1;
+    find_distance(c, x, touch->place[k], touch->obstacle, out);
+    return out;
 }
 
 /* what an evaluation found: nearest point and normal in the frame of the obstacle */
@@ -45,10 +60,10 @@ static void set_touch(const Contact *c, Touch *touch, double distance, Vec3 near
 
 /* ... and known to triangles from now on */
 static void evaluate_vertex(Contact *c, const Points *x, Touch *touch) {
-    size_t obstacles = (size_t)c->def->obstacle_count;
-    VertexDistance *own =
-        &c->distances[(size_t)touch->place[0] * obstacles + (size_t)touch->obstacle];
-    const VertexDistance *v = vertex_distance(c, x, touch->place[0], touch->obstacle, own);
+    VertexDistance *v = &c->distances[corner_index(c, touch->place[0], touch->obstacle)];
+    if (v->stamp != c->lists.stamp) {
+        find_distance(c, x, touch->place[0], touch->obstacle, v);
+    }
     set_touch(c, touch, v->distance, v->place, v->normal);
 }
 
@@ -67,14 +82,14 @@ static void search_triangle(const Contact *c, Touch *touch, const VertexDistance
 /* The distance is convex: below no tangent plane. The tangent at a corner bounds it over the
  * triangle, and parts the triangle from the solid when it is positive on all corners. Exact
  * points are looked for only where there may be a force. */
-static void evaluate_triangle(const Contact *c, const Points *x, Touch *touch) {
+static void evaluate_triangle(const Contact *c, const Points *x, Corners *corners, Touch *touch) {
     VertexDistance own[3];
     const VertexDistance *v[3];
     const Solid *solid = &c->def->obstacles[touch->obstacle].solid;
     double bound = -INFINITY, dhat = c->def->vertex_distance[touch->place[0]];
     int best = 0;
     for (int k = 0; k < 3; k++) {
-        v[k] = vertex_distance(c, x, touch->place[k], touch->obstacle, &own[k]);
+        v[k] = corner_distance(c, x, touch, k, corners, v, &own[k]);
     }
     double lowest = min2(min2(v[0]->distance, v[1]->distance), v[2]->distance);
     touch->spare = vec3_same(v[0]->normal, v[1]->normal) && vec3_same(v[1]->normal, v[2]->normal);
@@ -105,9 +120,9 @@ static void evaluate_triangle(const Contact *c, const Points *x, Touch *touch) {
     touch->distance = bound;
 }
 
-void obstacle_evaluate(Contact *c, const Points *x, Touch *touch) {
+void obstacle_evaluate(Contact *c, const Points *x, Corners *corners, Touch *touch) {
     if (touch->place[1] >= 0) {
-        evaluate_triangle(c, x, touch);
+        evaluate_triangle(c, x, corners, touch);
     } else {
         evaluate_vertex(c, x, touch);
     }
@@ -119,7 +134,7 @@ double obstacle_frozen(const Contact *c, const Touch *touch) {
     if (obstacle->moves || touch->place[1] >= 0) { /* triangles that share an edge agree about it */
         return -1.0;
     }
-    size_t at = (size_t)place * (size_t)c->def->obstacle_count + (size_t)touch->obstacle;
+    size_t at = corner_index(c, place, touch->obstacle);
     return max2(solid_flat_margin(&obstacle->solid, c->distances[at].place),
                 CONTACT_FROZEN_SHARE * c->def->vertex_distance[place]);
 }

@@ -10,7 +10,6 @@
 /* what a thread takes at once, some 10 us: groups to be asked, groups to be looked at */
 #define OWNER_GRAIN 500
 #define LOOK_GRAIN 32
-#define LEAST_HOLES 1024 /* touches; fewer are not worth closing */
 
 static void touch_key(const Touch *touch, int key[4]) {
     memcpy(key, touch->place, 3 * sizeof *key);
@@ -22,8 +21,6 @@ static void touch_key(const Touch *touch, int key[4]) {
 static void make_touch_room(Contact *c, int room) {
     c->touches = arena_grow(c->arena, Touch, c->touches, c->touch_end, room);
     c->touch_due = arena_grow(c->arena, double, c->touch_due, c->touch_end, room);
-    c->old_touches = arena_push(c->arena, Touch, room);
-    c->old_touch_due = arena_push(c->arena, double, room);
     c->due_touches = arena_push(c->arena, int, room); /* a look follows */
     c->looked = arena_push(c->arena, int, room);
     c->near_touches = arena_push(c->arena, int, room);
@@ -31,55 +28,20 @@ static void make_touch_room(Contact *c, int room) {
     c->touch_room = room;
 }
 
-/* behind the others of the group that is searched now */
-static void add_touch(Contact *c, const Touch *touch, double due) {
-    if (c->touch_end == c->touch_room) {
-        make_touch_room(c, 2 * c->touch_room + 1024);
+/* of a group, for all of its vertices and triangles; it stays through the interval */
+static void reserve_block(Contact *c, GroupTouch *group, const SurfaceGroup *cells, bool plane) {
+    if (group->room > 0) {
+        return;
     }
-    c->touches[c->touch_end] = *touch;
-    c->touch_due[c->touch_end++] = due;
-}
-
-/* leaves a hole behind */
-static void drop_block(Contact *c, GroupTouch *group) {
-    for (int t = group->begin; t < group->begin + group->count; t++) {
-        const Touch *touch = &c->touches[t];
-        if (touch->place[1] >= 0 && vec3_dot(touch->bristle, touch->bristle) > 0.0 &&
-            c->touch_memory_count < c->touch_memory_room) {
-            PairMemory *memory = &c->touch_memory[c->touch_memory_count++];
-            touch_key(touch, memory->place);
-            vec3_store(memory->bristle, touch->bristle);
-        }
+    for (int k = cells->cell_begin; k < cells->cell_end; k++) {
+        const SurfaceCell *cell = &c->surface.cells[k];
+        group->room += cell->vertex_count + (plane ? 0 : cell->triangle_count);
     }
-    c->touch_count -= group->count;
-    group->count = 0;
-    c->resting.groups[group - c->group_touches].until = -1.0;
-}
-
-/* closes the holes; what lies near in the cloth lies near in memory again */
-static void pack_blocks(Contact *c) {
-    int end = 0;
-    for (int i = 0; i < contact_owners(c); i++) {
-        if (resting_holds(&c->resting, i)) {
-            resting_wake(c, i);
-        }
+    if (c->touch_end + group->room > c->touch_room) {
+        make_touch_room(c, 2 * (c->touch_room + group->room) + 1024);
     }
-    for (int i = 0; i < contact_owners(c); i++) {
-        GroupTouch *group = &c->group_touches[i];
-        size_t count = (size_t)group->count;
-        if (count > 0) {
-            memcpy(c->old_touches + end, c->touches + group->begin, count * sizeof *c->touches);
-            memcpy(c->old_touch_due + end, c->touch_due + group->begin,
-                   count * sizeof *c->touch_due);
-        }
-        group->begin = end;
-        end += group->count;
-    }
-    Touch *touches = c->touches;
-    double *due = c->touch_due;
-    c->touches = c->old_touches, c->touch_due = c->old_touch_due;
-    c->old_touches = touches, c->old_touch_due = due;
-    c->touch_end = end;
+    group->begin = c->touch_end;
+    c->touch_end += group->room;
 }
 
 static double group_distance(const Contact *c, int g) {
@@ -99,122 +61,307 @@ static double group_apart(const Contact *c, const Points *x, int g, int o) {
     return solid_distance(&c->def->obstacles[o].solid, p, &normal) - radius;
 }
 
-static void search_cell(Contact *c, const Points *x, const SurfaceCell *cell, int owner, int o,
-                        double slack) {
-    const GroupTouch *group = &c->group_touches[owner];
-    for (int k = 0; k < cell->vertex_count; k++) {
-        Touch touch = {.obstacle = o,
-                       .owner = owner,
-                       .frozen = -1.0,
-                       .place = {cell->vertex[k], -1, -1},
-                       .weight = {1.0},
-                       .feature = 1};
-        obstacle_evaluate(c, x, &touch);
-        if (touch.distance <= group->near + slack) {
-            add_touch(c, &touch, group->path + touch.distance - group->near);
-        } else {
-            memset(contact_vertex_bristle(c, touch.place[0], o), 0, 3 * sizeof(double));
-        }
-    }
-    for (int k = 0; k < cell->triangle_count && c->def->obstacles[o].solid.kind != SOLID_PLANE;
-         k++) {
-        const int *corner = c->surface.triangles + 3 * (size_t)cell->triangle[k];
-        Touch touch = {.obstacle = o,
-                       .owner = owner,
-                       .frozen = -1.0,
-                       .place = {corner[0], corner[1], corner[2]}};
-        obstacle_evaluate(c, x, &touch);
-        if (touch.distance <= group->near + slack) {
-            add_touch(c, &touch, group->path + touch.distance - group->near);
-        }
-    }
-}
-
-static void query_group(Contact *c, const Points *x, int g, int o, double dt) {
-    int owner = g * c->def->obstacle_count + o;
+/* Lists all that a group has, unless it is far away, and leaves it to the look that follows. */
+static void query_group(Contact *c, const Points *x, int owner, double dt) {
+    int g = owner / c->def->obstacle_count, o = owner % c->def->obstacle_count;
     GroupTouch *group = &c->group_touches[owner];
     double dhat = group_distance(c, g), step = group->speed * dt;
-    group->near = max2(dhat, CONTACT_NEAR_STEPS * step);
-    group->begin = c->touch_end;
     double slack = max2(CONTACT_LEAST_SLACK * dhat, CONTACT_LONG_SLACK_STEPS * step);
+    group->near = max2(dhat, CONTACT_NEAR_STEPS * step);
+    c->resting.groups[owner].until = -1.0;
     if (c->def->obstacles[o].mesh) { /* its features are in the lists of pairs */
         group->near = group->limit = INFINITY;
         return;
     }
     double apart = group_apart(c, x, g, o);
-    if (apart > group->near + slack) {
-        group->limit = group->path + apart - group->near;
+    bool far = apart > group->near + slack;
+    group->limit = group->path + (far ? apart - group->near : slack);
+    group->reach = group->near + slack;
+    group->fresh = !far;
+    group->earliest = -INFINITY;
+    group->dhat =
+        c->def->vertex_distance[c->surface.group_vertices[c->surface.groups[g].vertex_begin]];
+    if (far) {
+        c->touch_count -= group->count;
+        group->count = group->listed = 0;
         return;
     }
-    const SurfaceGroup *cells = &c->surface.groups[g];
-    for (int k = cells->cell_begin; k < cells->cell_end; k++) {
-        search_cell(c, x, &c->surface.cells[k], owner, o, slack);
-    }
-    group->limit = group->path + slack;
-    group->count = c->touch_end - group->begin;
-    group->earliest = -INFINITY;
-    c->touch_count += group->count;
-    if (group->count > 0) {
-        group->dhat = c->def->vertex_distance[c->touches[group->begin].place[0]];
-    }
+    reserve_block(c, group, &c->surface.groups[g], c->def->obstacles[o].solid.kind == SOLID_PLANE);
+    c->touch_count += group->room - group->count;
+    group->listed = group->room;
 }
 
-static bool is_wanted(const GroupTouch *group, bool by_path, double dt) {
-    return by_path ? group->path > group->limit
-                   : CONTACT_LEAST_NEAR_STEPS * group->speed * dt > group->near;
-}
-
-bool obstacle_search(Contact *c, bool by_path, double dt) {
-    int wanted = 0;
-    for (int i = 0; i < contact_owners(c); i++) {
-        c->owner_wanted[i] = is_wanted(&c->group_touches[i], by_path, dt);
-        wanted += c->owner_wanted[i];
-    }
-    if (wanted == 0) {
-        return false;
-    }
+bool obstacle_search(Contact *c, double dt) {
+    bool searched = false;
     Points x = contact_positions(c);
-    c->statistics.rebuilds++;
-    c->touch_memory_count = 0;
     for (int i = 0; i < contact_owners(c); i++) {
-        if (c->owner_wanted[i]) {
-            drop_block(c, &c->group_touches[i]);
+        const GroupTouch *group = &c->group_touches[i];
+        if (CONTACT_LEAST_NEAR_STEPS * group->speed * dt > group->near) {
+            query_group(c, &x, i, dt);
+            searched = true;
         }
     }
-    if (c->touch_end > 2 * c->touch_count + LEAST_HOLES) {
-        pack_blocks(c);
-    }
-    int first = c->touch_end;
-    for (int i = 0; i < contact_owners(c); i++) {
-        if (c->owner_wanted[i]) {
-            query_group(c, &x, i / c->def->obstacle_count, i % c->def->obstacle_count, dt);
-        }
-    }
-    obstacle_restore(c, first);
-    return true;
+    c->statistics.rebuilds += searched;
+    return searched;
 }
+
+void obstacle_forget(const Contact *c, Touch *touch) {
+    touch->bristle = vec3(0, 0, 0);
+    if (touch->place[1] < 0) {
+        memset(contact_vertex_bristle(c, touch->place[0], touch->obstacle), 0, 3 * sizeof(double));
+    }
+}
+
+/* ---- what a search lists ---- */
 
 static int compare_keys(const void *a, const void *b) {
     return memcmp(((const PairMemory *)a)->place, ((const PairMemory *)b)->place,
                   sizeof((const PairMemory *)a)->place);
 }
 
-/* gives kept bristles to the touches from `first` on */
-void obstacle_restore(Contact *c, int first) {
-    size_t kept = (size_t)c->touch_memory_count;
-    if (kept > 1) {
-        qsort(c->touch_memory, kept, sizeof *c->touch_memory, compare_keys);
+/* the bristle of the last interval */
+static void restore_bristle(const Contact *c, Touch *touch) {
+    PairMemory key;
+    touch_key(touch, key.place);
+    const PairMemory *memory = bsearch(&key, c->touch_memory, (size_t)c->touch_memory_count,
+                                       sizeof *c->touch_memory, compare_keys);
+    if (memory) {
+        touch->bristle = vec3_load(memory->bristle);
     }
-    for (int t = first; t < c->touch_end && kept > 0; t++) {
-        PairMemory key;
-        touch_key(&c->touches[t], key.place);
-        const PairMemory *memory =
-            bsearch(&key, c->touch_memory, kept, sizeof *c->touch_memory, compare_keys);
-        if (memory) {
-            c->touches[t].bristle = vec3_load(memory->bristle);
+}
+
+/* Where the last touch that is not listed yet will stand, and the last of the old list that did not move
+ * up: that list is in the order of the cells too. */
+typedef struct Expansion {
+    int at, old;
+} Expansion;
+
+static void list_touch(Contact *c, const GroupTouch *group, const Touch *wanted, Expansion *e) {
+    Touch *touch = &c->touches[e->at], *old = &c->touches[e->old];
+    if (e->old >= group->begin && memcmp(old->place, wanted->place, sizeof old->place) == 0) {
+        if (old != touch) {
+            *touch = *old;
+        }
+        touch->frozen = -1.0;
+        e->old--;
+    } else {
+        *touch = *wanted;
+        if (c->touch_memory_count > 0) {
+            restore_bristle(c, touch);
         }
     }
-    c->touch_memory_count = 0;
+    c->touch_due[e->at--] = -INFINITY;
+}
+
+static void list_group(Contact *c, int owner) {
+    int g = owner / c->def->obstacle_count, o = owner % c->def->obstacle_count;
+    GroupTouch *group = &c->group_touches[owner];
+    bool plane = c->def->obstacles[o].solid.kind == SOLID_PLANE;
+    Touch vertex = {.obstacle = o,
+                    .owner = owner,
+                    .frozen = -1.0,
+                    .place = {-1, -1, -1},
+                    .weight = {1.0},
+                    .feature = 1};
+    Touch triangle = {.obstacle = o, .owner = owner, .frozen = -1.0};
+    Expansion e = {group->begin + group->room - 1, group->begin + group->count - 1};
+    for (int n = c->surface.groups[g].cell_end - 1; n >= c->surface.groups[g].cell_begin; n--) {
+        const SurfaceCell *cell = &c->surface.cells[n];
+        for (int k = cell->triangle_count - 1; k >= 0 && !plane; k--) {
+            memcpy(triangle.place, c->surface.triangles + 3 * (size_t)cell->triangle[k],
+                   sizeof triangle.place);
+            list_touch(c, group, &triangle, &e);
+        }
+        for (int k = cell->vertex_count - 1; k >= 0; k--) {
+            vertex.place[0] = cell->vertex[k];
+            list_touch(c, group, &vertex, &e);
+        }
+    }
+    ASSERT(e.at == group->begin - 1 && e.old == e.at);
+    group->count = group->room;
+}
+
+/* ---- looking ---- */
+
+/* The looks of a step, group by group: what each finds stands from its first touch on. */
+typedef struct LookJob {
+    Contact *c;
+    Points x;
+    bool lists; /* only what a search listed is looked at, and is due again */
+} LookJob;
+
+typedef struct AdvanceJob {
+    Contact *c;
+    double dt; /* [s] */
+} AdvanceJob;
+
+/* one touch, which is due; into those that are near, when it is */
+static inline void look_at(const LookJob *job, GroupTouch *group, Corners *corners, int t) {
+    Contact *c = job->c;
+    Touch *touch = &c->touches[t];
+    double path = group->path;
+    if (path <= touch->frozen) {
+        obstacle_project(&job->x, touch);
+    } else {
+        obstacle_evaluate(c, &job->x, corners, touch);
+        touch->frozen = path + obstacle_frozen(c, touch);
+    }
+    double due = path + touch->distance - group->near;
+    if (group->fresh && (job->lists || touch->distance > group->near)) {
+        touch->frozen = -1.0;
+    } else if (touch->spare) {
+        due = max2(due, path + touch->margin);
+    } else if (touch->distance <= group->near) {
+        c->near_touches[group->begin + group->near_count++] = t;
+        group->gap = min2(group->gap, touch->distance);
+    } else {
+        obstacle_forget(c, touch);
+    }
+    c->touch_due[t] = due;
+    group->earliest = min2(group->earliest, due);
+}
+
+/* The groups that have something to be looked at, and those that spent their path: when these are searched
+ * they have too. */
+static void ask_groups(Contact *c, int chunk, int first, int end) {
+    int due = 0, spent = 0;
+    for (int i = first; i < end; i++) {
+        const GroupTouch *group = &c->group_touches[i];
+        bool listed = group->count > 0 || group->fresh, gone = group->path > group->limit;
+        if (gone) {
+            c->spent_groups[first + spent++] = i;
+        }
+        if (gone || (listed && group->path >= group->earliest)) {
+            c->due_groups[first + due++] = i;
+        }
+    }
+    c->due_counts[chunk] = due;
+    c->spent_counts[chunk] = spent;
+}
+
+static void due_chunk(int chunk, int first, int end, void *context) {
+    ask_groups(context, chunk, first, end);
+}
+
+static void advance_chunk(int chunk, int first, int end, void *context) {
+    const AdvanceJob *job = context;
+    for (int i = first; i < end; i++) {
+        GroupTouch *group = &job->c->group_touches[i];
+        group->path += group->speed * job->dt;
+    }
+    ask_groups(job->c, chunk, first, end);
+}
+
+void obstacle_advance(Contact *c, double dt) {
+    AdvanceJob job = {c, dt};
+    parallel_for(contact_owners(c), OWNER_GRAIN, advance_chunk, &job);
+    c->touches_asked = true;
+}
+
+/* vertices are looked at first, so that triangles find the distances of their corners */
+static void vertex_chunk(int chunk, int first, int end, void *context) {
+    (void)chunk;
+    const LookJob *job = context;
+    Contact *c = job->c;
+    for (int k = first; k < end; k++) {
+        int owner = c->due_groups[k];
+        GroupTouch *group = &c->group_touches[owner];
+        bool rests = resting_holds(&c->resting, owner) && resting_look(c, &job->x, owner);
+        group->looked = group->near_count = 0;
+        if (group->fresh) {
+            list_group(c, owner);
+        }
+        if (rests) {
+            continue;
+        }
+        group->earliest = group->gap = INFINITY;
+        for (int t = group->begin; t < group->begin + group->count; t++) {
+            if (group->path < c->touch_due[t]) {
+                group->earliest = min2(group->earliest, c->touch_due[t]);
+            } else if (c->touches[t].place[1] < 0) {
+                look_at(job, group, NULL, t);
+            } else {
+                c->looked[group->begin + group->looked++] = t;
+            }
+        }
+    }
+}
+
+/* What is not within the reach of a group that was searched is dropped. */
+static void close_up(Contact *c, GroupTouch *group) {
+    int begin = group->begin, *renumbered = c->looked, end = begin;
+    for (int t = begin; t < begin + group->count; t++) {
+        Touch *touch = &c->touches[t];
+        if (touch->distance > group->reach) {
+            obstacle_forget(c, touch);
+            continue;
+        }
+        renumbered[t] = end;
+        if (end < t) {
+            c->touches[end] = *touch;
+            c->touch_due[end] = c->touch_due[t];
+        }
+        end++;
+    }
+    group->count = end - begin;
+    group->fresh = false;
+    for (int m = begin; m < begin + group->near_count; m++) {
+        c->near_touches[m] = renumbered[c->near_touches[m]];
+    }
+}
+
+static void triangle_chunk(int chunk, int first, int end, void *context) {
+    (void)chunk;
+    const LookJob *job = context;
+    Contact *c = job->c;
+    Corners corners;
+    corners_clear(&corners);
+    for (int k = first; k < end; k++) {
+        int owner = c->due_groups[k];
+        GroupTouch *group = &c->group_touches[owner];
+        for (int m = 0; m < group->looked; m++) {
+            look_at(job, group, &corners, c->looked[group->begin + m]);
+        }
+        if (group->fresh) {
+            close_up(c, group);
+        }
+        if (!job->lists && !resting_holds(&c->resting, owner)) {
+            resting_settle(c, owner);
+        }
+    }
+}
+
+/* the groups that spent their path; a look follows */
+static void search_spent(Contact *c, double dt) {
+    int owners = contact_owners(c);
+    Points x = contact_positions(c);
+    if (!c->touches_asked) {
+        parallel_for(owners, OWNER_GRAIN, due_chunk, c);
+        c->touches_asked = true;
+    }
+    int count = parallel_close_up(c->spent_groups, c->spent_counts, owners, OWNER_GRAIN);
+    for (int k = 0; k < count; k++) {
+        query_group(c, &x, c->spent_groups[k], dt);
+    }
+    c->statistics.rebuilds += count > 0;
+}
+
+/* at all groups that are due, or for the `lists` of a search alone */
+static void look(Contact *c, bool lists) {
+    LookJob job = {c, contact_positions(c), lists};
+    int owners = contact_owners(c);
+    if (!c->touches_asked) {
+        parallel_for(owners, OWNER_GRAIN, due_chunk, c);
+    }
+    c->touches_asked = false;
+    c->due_group_count = parallel_close_up(c->due_groups, c->due_counts, owners, OWNER_GRAIN);
+    parallel_for(c->due_group_count, LOOK_GRAIN, vertex_chunk, &job);
+    parallel_for(c->due_group_count, LOOK_GRAIN, triangle_chunk, &job);
+    for (int k = 0; k < c->due_group_count; k++) {
+        GroupTouch *group = &c->group_touches[c->due_groups[k]];
+        c->touch_count += group->count - group->listed;
+        group->listed = group->count;
+    }
 }
 
 void obstacle_begin(Contact *c, double dt) {
@@ -231,115 +378,20 @@ void obstacle_begin(Contact *c, double dt) {
             group->limit = -1.0;
         }
     }
-    int kept = c->touch_memory_count; /* from the last interval; nothing is dropped yet */
-    obstacle_search(c, true, dt);
-    c->touch_memory_count = kept;
-    obstacle_restore(c, 0);
-}
-
-void obstacle_forget(const Contact *c, Touch *touch) {
-    touch->bristle = vec3(0, 0, 0);
-    if (touch->place[1] < 0) {
-        memset(contact_vertex_bristle(c, touch->place[0], touch->obstacle), 0, 3 * sizeof(double));
+    if (c->touch_memory_count > 1) {
+        qsort(c->touch_memory, (size_t)c->touch_memory_count, sizeof *c->touch_memory,
+              compare_keys);
     }
-}
-
-/* ---- looking ---- */
-
-/* The looks of a step, group by group: what each finds stands from its first touch on. */
-typedef struct LookJob {
-    Contact *c;
-    Points x;
-} LookJob;
-
-/* one touch, which is due; into those that are near, when it is */
-static inline void look_at(const LookJob *job, GroupTouch *group, int t) {
-    Contact *c = job->c;
-    Touch *touch = &c->touches[t];
-    double path = group->path;
-    if (path <= touch->frozen) {
-        obstacle_project(&job->x, touch);
-    } else {
-        obstacle_evaluate(c, &job->x, touch);
-        touch->frozen = path + obstacle_frozen(c, touch);
-    }
-    double due = path + touch->distance - group->near;
-    if (touch->spare) {
-        due = max2(due, path + touch->margin);
-    } else if (touch->distance <= group->near) {
-        c->near_touches[group->begin + group->near_count++] = t;
-        group->gap = min2(group->gap, touch->distance);
-    } else {
-        obstacle_forget(c, touch);
-    }
-    c->touch_due[t] = due;
-    group->earliest = min2(group->earliest, due);
-}
-
-static void due_chunk(int chunk, int first, int end, void *context) {
-    Contact *c = ((const LookJob *)context)->c;
-    int count = 0;
-    for (int i = first; i < end; i++) {
-        const GroupTouch *group = &c->group_touches[i];
-        if (group->count > 0 && group->path >= group->earliest) {
-            c->due_groups[first + count++] = i;
-        }
-    }
-    c->touch_counts[chunk] = count;
-}
-
-/* vertices are looked at first, so that triangles find the distances of their corners */
-static void vertex_chunk(int chunk, int first, int end, void *context) {
-    (void)chunk;
-    const LookJob *job = context;
-    Contact *c = job->c;
-    for (int k = first; k < end; k++) {
-        int owner = c->due_groups[k];
-        GroupTouch *group = &c->group_touches[owner];
-        bool rests = resting_holds(&c->resting, owner) && resting_look(c, &job->x, owner);
-        group->looked = group->near_count = 0;
-        if (rests) {
-            continue;
-        }
-        group->earliest = group->gap = INFINITY;
-        for (int t = group->begin; t < group->begin + group->count; t++) {
-            if (group->path < c->touch_due[t]) {
-                group->earliest = min2(group->earliest, c->touch_due[t]);
-            } else if (c->touches[t].place[1] < 0) {
-                look_at(job, group, t);
-            } else {
-                c->looked[group->begin + group->looked++] = t;
-            }
-        }
-    }
-}
-
-static void triangle_chunk(int chunk, int first, int end, void *context) {
-    (void)chunk;
-    const LookJob *job = context;
-    Contact *c = job->c;
-    for (int k = first; k < end; k++) {
-        int owner = c->due_groups[k];
-        GroupTouch *group = &c->group_touches[owner];
-        for (int m = 0; m < group->looked; m++) {
-            look_at(job, group, c->looked[group->begin + m]);
-        }
-        if (!resting_holds(&c->resting, owner)) {
-            resting_settle(c, owner);
-        }
-    }
+    c->touches_asked = false;
+    search_spent(c, dt);
+    look(c, true);
+    c->touch_memory_count = c->due_group_count = 0;
 }
 
 void obstacle_look(Contact *c) {
-    LookJob job = {c, contact_positions(c)};
-    int owners = contact_owners(c);
-    parallel_for(owners, OWNER_GRAIN, due_chunk, &job);
-    int groups = parallel_close_up(c->due_groups, c->touch_counts, owners, OWNER_GRAIN);
-    parallel_for(groups, LOOK_GRAIN, vertex_chunk, &job);
-    parallel_for(groups, LOOK_GRAIN, triangle_chunk, &job);
-    c->due_group_count = groups;
+    look(c, false);
     c->due_touch_count = 0;
-    for (int k = 0; k < groups; k++) {
+    for (int k = 0; k < c->due_group_count; k++) {
         const GroupTouch *group = &c->group_touches[c->due_groups[k]];
         c->statistics.evaluations += resting_count(&c->resting, c->due_groups[k]);
         memcpy(c->due_touches + c->due_touch_count, c->near_touches + group->begin,
@@ -351,7 +403,7 @@ void obstacle_look(Contact *c) {
 }
 
 void obstacle_find(Contact *c, double dt) {
-    obstacle_search(c, true, dt);
+    search_spent(c, dt);
     obstacle_look(c);
     for (int k = 0; k < c->due_group_count; k++) {
         const GroupTouch *group = &c->group_touches[c->due_groups[k]];

@@ -36,7 +36,7 @@ void resting_make_room(Resting *resting, int used, int room, Arena *arena) {
 static bool only_obstacle(const Contact *c, int owner) {
     int obstacles = c->def->obstacle_count, first = owner / obstacles * obstacles;
     for (int i = first; i < first + obstacles; i++) {
-        if (i != owner && c->group_touches[i].count > 0) {
+        if (i != owner && c->group_touches[i].listed > 0) {
             return false;
         }
     }

@@ -27,13 +27,17 @@ typedef struct Touch {
     Vec3 bristle; /* of a triangle */
 } Touch;
 
-/* A group at an obstacle: the same rules as for a GroupPair. */
+/* A group at an obstacle: the same rules as for a GroupPair. What every step asks stands first. */
 typedef struct GroupTouch {
     double path, limit, near, speed;
     double earliest;  /* [m] path at which the first of its touches must be looked at */
+    int begin, count; /* its touches */
+    bool fresh;       /* all that it has is listed; the next look keeps what is within its reach */
     double gap;       /* [m] smallest distance of those that are near */
     double dhat;      /* [m] contact distance, where there are touches: a group is of one cloth */
-    int begin, count; /* its touches */
+    double reach;     /* [m] what is farther away is not listed */
+    int room;         /* of its block of touches; 0: none */
+    int listed;       /* its touches before this look */
     int looked, near_count; /* at the last look: triangles that were due; touches that are near */
 } GroupTouch;
 
@@ -44,6 +48,24 @@ typedef struct VertexDistance {
     Vec3 place, normal; /* in the frame of the obstacle */
 } VertexDistance;
 
+#define CORNERS 64 /* of two rows of cells of some groups that are looked at one after the other */
+
+/* Corners of triangles that one thread found while positions stay, of vertices that are not known. */
+typedef struct Corner {
+    size_t next_index; /* one more than that of the vertex and its obstacle; 0: none */
+    VertexDistance found;
+} Corner;
+
+typedef struct Corners {
+    Corner one[CORNERS];
+} Corners;
+
+static inline void corners_clear(Corners *corners) {
+    for (int k = 0; k < CORNERS; k++) {
+        corners->one[k].next_index = 0;
+    }
+}
+
 /* A pose as its axes, which is quicker to apply. */
 typedef struct Frame {
     Vec3 origin, axis[3];
@@ -53,7 +75,7 @@ static inline int touch_corners(const Touch *touch) { return touch->place[1] < 0
 
 /* obstacle_distance.c: distance, normal, feature of a touch at the positions of now. A vertex is known
  * from then on to the triangles at it. */
-void obstacle_evaluate(Contact *c, const Points *x, Touch *touch);
+void obstacle_evaluate(Contact *c, const Points *x, Corners *corners, Touch *touch);
 /* [m] how far a vertex can go until that must be done again: on a flat face to its end, elsewhere a
  * small share of the contact distance; -1: not at all. Until then it is as far as from its plane. */
 double obstacle_frozen(const Contact *c, const Touch *touch);
@@ -61,13 +83,11 @@ void obstacle_project(const Points *x, Touch *touch);
 
 /* obstacle_lists.c: touches that are near */
 void obstacle_begin(Contact *c, double dt);
-/* Searches the groups that spent their path, or that became too fast for their list; then another
- * look is due, and true. */
-bool obstacle_search(Contact *c, bool by_path, double dt);
+/* Lists the groups that became too fast for their list; then another look is due, and true. */
+bool obstacle_search(Contact *c, double dt);
 void obstacle_look(Contact *c);                       /* at all that are due by their path */
 void obstacle_find(Contact *c, double dt);            /* the touches that are near now */
 void obstacle_forget(const Contact *c, Touch *touch); /* its bristle */
-void obstacle_restore(Contact *c, int first); /* kept bristles to the touches from `first` on */
 int obstacle_remember(const Contact *c, PairMemory *memory, int room);
 
 /* obstacle_motion.c */
