@@ -229,6 +229,32 @@ static void test_stable(void **unused) {
     }
 }
 
+/* ... and with stretch and shear: of uniform strain it is known to 4 % */
+static void test_stretched(void **unused) {
+    static const double maps[][3] = {
+        {1.3, 1.3, 0.0}, {1.5, 0.9, 0.0}, {0.95, 1.4, 0.0}, {1.1, 1.2, 0.3}};
+    (void)unused;
+    for (int k = 0; k < 2 * LATTICES; k++) {
+        Rig r;
+        rig_start(&r, lattices[k / 2]);
+        bool round = lattices[k / 2] == tube, bends = lattices[k / 2] == stiff_in_bending;
+        double *x = r.play.sim.state.x, flat = sweep_stiffening(&r.lattice, x);
+        CHECK_NEAR(flat, 1.0, round ? 0.03 : 1e-12); /* chords of the tube */
+        const double *map = maps[round ? 0 : k % 4];
+        for (int i = 0; i < r.system->place_count; i++) {
+            x[3 * i] = map[0] * x[3 * i] + map[2] * x[3 * i + 1];
+            x[3 * i + 1] *= map[1];
+            x[3 * i + 2] *= round ? map[0] : 1.0;
+        }
+        double density = r.system->cloths[0].material.density;
+        double step = sweep_stable_step(&r.lattice, density), most = stable_by_power(&r);
+        step /= sqrt(sweep_stiffening(&r.lattice, x));
+        CHECK_AT_MOST(step / most, 1.02);
+        CHECK_AT_MOST(most / step, bends ? 1.4 : 1.04);
+        play_end(&r.play);
+    }
+}
+
 /* standing waves along a strip: as slow as the lattice and S make them, under leapfrog */
 static void test_waves(void **unused) {
     (void)unused;
@@ -307,8 +333,10 @@ static void test_scenes(void **unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_spread), cmocka_unit_test(test_blocks), cmocka_unit_test(test_hidden),
-        cmocka_unit_test(test_stable), cmocka_unit_test(test_waves),  cmocka_unit_test(test_scenes),
+        cmocka_unit_test(test_spread),    cmocka_unit_test(test_blocks),
+        cmocka_unit_test(test_hidden),    cmocka_unit_test(test_stable),
+        cmocka_unit_test(test_stretched), cmocka_unit_test(test_waves),
+        cmocka_unit_test(test_scenes),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -112,9 +112,6 @@ Pose contact_pose(const ContactObstacle *obstacle, double clock);
 double contact_next_clock(const ContactObstacle *obstacle, double clock, double time_end,
                           double dt);
 
-/* [s] the longest explicit step that the stiffness between cloths bears, or INFINITY. */
-double contact_longest_step(const ContactDef *def, const ContactMemory *memory);
-
 /* Does much of the cloth lie on cloth, or is it pressed on cloth harder than the law bears? */
 bool contact_is_crowded(const ContactDef *def, const ContactMemory *memory);
 

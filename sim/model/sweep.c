@@ -65,6 +65,34 @@ double sweep_stable_step(const SweepLattice *l, double density) {
     return sqrt(density / (membrane_limit(l) + bending_limit(l)));
 }
 
+/* [N/m3] as membrane_limit, of one cell: stretched threads are stiffer, and their tension adds to that */
+static double cell_limit(const SweepLattice *l, const double *x, int i, int j) {
+    int right = i + 1 < l->nu ? i + 1 : 0;
+    const double *row = x + 3 * j * l->nu, *above = row + 3 * l->nu;
+    Vec3 a = vec3_load(row + 3 * i), b = vec3_load(row + 3 * right);
+    Vec3 c = vec3_load(above + 3 * i), d = vec3_load(above + 3 * right);
+    Vec3 f1 = vec3_scale(0.5 / l->h1, vec3_add(vec3_sub(b, a), vec3_sub(d, c)));
+    Vec3 f2 = vec3_scale(0.5 / l->h2, vec3_add(vec3_sub(c, a), vec3_sub(d, b)));
+    double g11 = vec3_dot(f1, f1), g22 = vec3_dot(f2, f2), g12 = vec3_dot(f1, f2);
+    double e1 = 0.5 * (g11 - 1.0), e2 = 0.5 * (g22 - 1.0);
+    double s1 = l->c11 * e1 + l->c12 * e2, s2 = l->c12 * e1 + l->c22 * e2, s12 = l->c66 * g12;
+    double tension = fmax(0.0, 0.5 * (s1 + s2) + hypot(0.5 * (s1 - s2), s12));
+    double k1 = l->c11 * g11 + l->c66 * g12 * g12 / g11 + tension;
+    double k2 = l->c22 * g22 + l->c66 * g12 * g12 / g22 + tension;
+    return fmax(k1 / (l->h1 * l->h1), k2 / (l->h2 * l->h2));
+}
+
+double sweep_stiffening(const SweepLattice *l, const double *x) {
+    double most = 0.0;
+    for (int j = 0; j + 1 < l->nv; j++) {
+        for (int i = 0; i < (l->wrap ? l->nu : l->nu - 1); i++) {
+            most = fmax(most, cell_limit(l, x, i, j));
+        }
+    }
+    double bending = bending_limit(l);
+    return (membrane_share(l) * most + bending) / (membrane_limit(l) + bending);
+}
+
 static double damping_time(double limit, double density, double wished, double dt) {
     double fastest2 = 4.0 * limit / density;
     return fmin(wished, DAMPING_SHARE / (fastest2 * dt));

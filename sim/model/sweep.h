@@ -92,6 +92,11 @@ void sweep_wrap_rows(const SweepLattice *lattice, double *const x[3]);
  * (explicit.md 2), for `density` [kg/m2]; 1.52 times longer when scaled. */
 double sweep_stable_step(const SweepLattice *lattice, double density);
 
+/* 1 / the square of what is left of the stable step at x [m] (nu x nv x 3); 1 without strain. Of the membrane
+ * c11 becomes c11 g11 + c66 g12^2 / g11 + the largest tension, g the metric of the stiffest cell; likewise
+ * c22. */
+double sweep_stiffening(const SweepLattice *lattice, const double *x);
+
 /* [s] times tau by which curvature and stretch may be taken ahead of the motion, at x + tau v: a
  * damping tau K of bending, or of the membrane, which keeps momentum. At most `wished`; bounded so
  * that steps of dt stay stable. (A rigid turn of bent cloth is damped too, by

@@ -475,6 +475,19 @@ bool system_is_scalable(const System *system, const Cloth *cloth) {
            l->nu >= SWEEP_LEAST_SCALED && l->nv >= SWEEP_LEAST_SCALED;
 }
 
+double system_stiffening(const System *system, const double *x) {
+    double most = 1.0, shortest = system_stable_step(system);
+    for (int c = 0; c < system->cloth_count; c++) {
+        const Cloth *cloth = &system->cloths[c];
+        if (cloth->lattice) {
+            double share = shortest / cloth->model->stable_step(cloth);
+            double own = sweep_stiffening(cloth->lattice, x + 3 * system->first[c]);
+            most = fmax(most, share * share * own);
+        }
+    }
+    return most;
+}
+
 double system_scaled_step(const System *system) {
     double step = INFINITY;
     for (int c = 0; c < system->cloth_count; c++) {
