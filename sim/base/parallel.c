@@ -19,6 +19,7 @@
 #define LEAST_PATIENCE 8 /* looks until the other way is tried again */
 #define MOST_PATIENCE 64 /* ... when it was no better before; a second */
 #define BETTER 0.92      /* of the time of the way at hand */
+#define SUM_BLOCK 4096   /* numbers that are kept at once, on the stack */
 #define CHUNK_BITS 24    /* of the number of a chunk in Team.word */
 #define CHUNK_MASK (((uint64_t)1 << CHUNK_BITS) - 1)
 
@@ -211,6 +212,32 @@ int parallel_close_up(int *list, const int *found, int count, int grain) {
     for (int k = 0; k < parallel_chunk_count(count, grain); k++) {
         memmove(list + sum, list + (size_t)k * (size_t)grain, (size_t)found[k] * sizeof *list);
         sum += found[k];
+    }
+    return sum;
+}
+
+typedef struct SumJob {
+    ParallelTerms *terms;
+    const void *context;
+    int begin;   /* the first of this block */
+    double *out; /* (SUM_BLOCK) */
+} SumJob;
+
+static void sum_chunk(int chunk, int first, int end, void *context) {
+    (void)chunk;
+    const SumJob *job = context;
+    job->terms(job->begin + first, job->begin + end, job->context, job->out + first);
+}
+
+double parallel_sum(double sum, int count, int grain, ParallelTerms *terms, const void *context) {
+    double out[SUM_BLOCK] = {0};
+    SumJob job = {terms, context, 0, out};
+    for (; job.begin < count; job.begin += SUM_BLOCK) {
+        int block = count - job.begin < SUM_BLOCK ? count - job.begin : SUM_BLOCK;
+        parallel_for(block, grain, sum_chunk, &job);
+        for (int k = 0; k < block; k++) {
+            sum += out[k];
+        }
     }
     return sum;
 }

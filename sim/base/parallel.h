@@ -25,6 +25,12 @@ static inline int parallel_chunk_count(int count, int grain) { return (count + g
  * Returns how many numbers there are. */
 int parallel_close_up(int *list, const int *found, int count, int grain);
 
+/* Finds the numbers first .. end-1 of a sum: into out[0] and those that follow. */
+typedef void ParallelTerms(int first, int end, const void *context, double *out);
+
+/* `sum` and `count` numbers more, added in turn: the bits of one loop over all of them. */
+double parallel_sum(double sum, int count, int grain, ParallelTerms *terms, const void *context);
+
 /* Fixes the environment that OpenMP and OpenBLAS read when they are loaded: BLAS on one
  * thread, waiting threads sleep (a spinning thread makes a busy machine 20 times slower).
  * Starts the program again, once, when something had to be changed. */

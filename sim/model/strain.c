@@ -4,7 +4,10 @@
 #include <string.h>
 
 #include "sim/base/error.h"
+#include "sim/base/parallel.h"
 #include "sim/base/quad.h"
+
+#define ENERGY_GRAIN 256 /* samples a thread takes at once, some 10 us */
 
 /* slopes 0 F1, 1 F2, 2 k12 */
 const StrainKind strain_lattice = {
@@ -133,19 +136,30 @@ static void sample_state(const StrainSamples *s, int sample, Slopes v, double *s
     stress_of(s, s->kind, sample, strain, stress);
 }
 
-QUADS double strain_energy(const StrainSamples *s, const double *x) {
-    double energy = 0.0;
-    for (int i = 0; i < s->sample_count; i++) {
+typedef struct EnergyJob {
+    const StrainSamples *samples;
+    const double *x;
+} EnergyJob;
+
+/* [J] of samples */
+QUADS static void energy_terms(int first, int end, const void *context, double *out) {
+    const EnergyJob *job = context;
+    const StrainSamples *s = job->samples;
+    for (int i = first; i < end; i++) {
         Slopes v;
         double strain[STRAIN_MAX_STRAINS] = {0}, stress[STRAIN_MAX_STRAINS] = {0}, density = 0.0;
-        slopes_of(s, s->kind, i, x, v);
+        slopes_of(s, s->kind, i, job->x, v);
         sample_state(s, i, v, strain, stress);
         for (int k = 0; k < s->kind->strain_count; k++) {
             density += 0.5 * strain[k] * stress[k];
         }
-        energy += s->area[i] * density;
+        out[i - first] = s->area[i] * density;
     }
-    return energy;
+}
+
+double strain_energy(const StrainSamples *s, const double *x) {
+    EnergyJob job = {s, x};
+    return parallel_sum(0.0, s->sample_count, ENERGY_GRAIN, energy_terms, &job);
 }
 
 /* the stress that multiplies d(Green strain) */
