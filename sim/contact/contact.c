@@ -89,7 +89,7 @@ static void create_obstacles(Contact *c, Arena *arena) {
     int n = c->def->vertex_count, o = c->def->obstacle_count;
     int owners = contact_owners(c);
     c->group_touches = arena_push(arena, GroupTouch, owners);
-    c->resting = resting_create(owners, arena);
+    c->resting = resting_create(&c->surface, owners, arena);
     c->due_groups = arena_push(arena, int, owners);
     c->spent_groups = arena_push(arena, int, owners);
     c->due_counts = arena_push(arena, int, owners);

@@ -23,7 +23,10 @@ Lists lists_create(const Surface *surface, const double *start, bool cloth_meets
     l.slopes = arena_push(arena, GroupSlopes, surface->group_count);
     l.bounds = arena_push(arena, GroupBounds, surface->group_count);
     l.boxes = arena_push(arena, Box, surface->group_count);
-    l.marked = arena_push(arena, int, surface->group_count);
+    l.marked = arena_push(arena, int, surface->group_count + 8);
+    l.boxed = arena_push(arena, unsigned, surface->group_count);
+    l.sloped = arena_push(arena, unsigned, surface->group_count);
+    l.is_marked = arena_push(arena, unsigned char, surface->group_count + 8);
     Vec3 *centres = arena_push(arena, Vec3, surface->group_count);
     for (int g = 0; g < surface->group_count; g++) {
         Box box = box_empty();

@@ -52,7 +52,6 @@ typedef struct PairMemory {
 typedef struct GroupBounds {
     Box cell[SURFACE_GROUP_CELLS];
     Box all;
-    unsigned boxed; /* stamp of the positions that they belong to */
 } GroupBounds;
 
 /* What one share of a search found. */
@@ -72,17 +71,19 @@ typedef struct Lists {
     const PathKernel *path_kernel;
     Arena *arena;
     BoxTree tree;
-    GroupBounds *bounds; /* (group_count) */
-    GroupSlopes *slopes; /* (group_count) */
-    Box *boxes;          /* (group_count) */
-    unsigned stamp;      /* changes when positions change */
+    GroupBounds *bounds;      /* (group_count) */
+    GroupSlopes *slopes;      /* (group_count) */
+    unsigned *boxed, *sloped; /* (group_count) stamps of the positions that those belong to */
+    Box *boxes;               /* (group_count) */
+    unsigned stamp;           /* changes when positions change */
     GroupPair *group_pairs, *old_group_pairs;
     PathRows paths, old_paths; /* (group_pair_room) of those */
     int group_pair_count, group_pair_room;
-    int *renumber; /* (group_pair_room) */
-    int *searched; /* (group_pair_room) group pairs of this search */
-    double *apart; /* [m] (group_pair_room) bounds of the distance of those */
-    int *marked;   /* (group_count) groups whose bounds are to be found */
+    int *renumber;            /* (group_pair_room) */
+    int *searched;            /* (group_pair_room) group pairs of this search */
+    double *apart;            /* [m] (group_pair_room) bounds of the distance of those */
+    int *marked;              /* (group_count) groups whose bounds are to be found, and 8 more */
+    unsigned char *is_marked; /* likewise: 1 until they are listed */
     Found found[SEARCH_CHUNKS];
     int *slots; /* hash of group pairs, for remakes */
     int slot_count;

@@ -5,8 +5,8 @@
 #include "sim/base/parallel.h"
 
 #define LONGEST_RUN 256 /* vertices: a share of what a thread takes at once */
-#define RUN_GRAIN 50    /* runs, blocks a thread takes at once, some 5 to 10 us */
-#define BLOCK_GRAIN 1000
+#define RUN_GRAIN 26    /* runs, blocks a thread takes at once, some 2 to 5 us */
+#define BLOCK_GRAIN 200
 
 MotionRows motion_rows_create(const Surface *surface, int vertex_count, Arena *arena) {
     static const MotionKernel *const kernels[] = {&motion_kernel_scalar, &motion_kernel_sse2,

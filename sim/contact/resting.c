@@ -6,14 +6,27 @@
 #include "sim/base/parallel.h"
 #include "sim/contact/force.h"
 
-#define GROUP_GRAIN 32 /* groups that a thread takes at once, some 10 us */
+#define GROUP_GRAIN 16 /* groups that a thread takes at once, some 10 us */
 
-Resting resting_create(int owners, Arena *arena) {
+static int most_vertices(const Surface *surface) {
+    int most = 1;
+    for (int g = 0; g < surface->group_count; g++) {
+        const SurfaceGroup *group = &surface->groups[g];
+        int count = group->vertex_end - group->vertex_begin;
+        most = count > most ? count : most;
+    }
+    return most;
+}
+
+Resting resting_create(const Surface *surface, int owners, Arena *arena) {
     static RestKernel *const *const kernels[] = {&rest_kernel_scalar, &rest_kernel_sse2,
                                                  &rest_kernel_avx2, &rest_kernel_avx512};
+    int chunks = parallel_chunk_count(owners, GROUP_GRAIN), most = most_vertices(surface);
     Resting resting = {.groups = arena_push(arena, RestGroup, owners),
-                       .approach =
-                           arena_push(arena, double, parallel_chunk_count(owners, GROUP_GRAIN)),
+                       .most_vertices = most,
+                       .alone = arena_push(arena, int, (size_t)owners *(size_t)most),
+                       .alone_counts = arena_push(arena, int, chunks),
+                       .approach = arena_push(arena, double, chunks),
                        .kernel = *kernels[vector_best()]};
     resting_clear(&resting, owners);
     return resting;
@@ -29,7 +42,6 @@ void resting_make_room(Resting *resting, int used, int room, Arena *arena) {
     resting->place = arena_grow(arena, int, resting->place, used, room);
     resting->level = arena_grow(arena, double, resting->level, used, room);
     resting->distance = arena_grow(arena, double, resting->distance, used, room);
-    resting->alone = arena_push(arena, unsigned char, room);
 }
 
 /* can no other obstacle meet the group? */
@@ -165,13 +177,16 @@ static void push_alone(Contact *c, int place, const ContactForce *force) {
     lanes->f[1][slot] += force->sum.y;
     lanes->f[2][slot] += force->sum.z;
     lanes->weight[slot] = inertia * own > 1.0 ? 1.0 / inertia : own;
+    c->is_touched[place] = 1;
     c->tolls[place] = (Toll){.damping = vec3_scale(c->kick_time, force->damping),
                              .friction = vec3_scale(c->kick_time, force->friction),
                              .before = contact_velocity(c, place)};
 }
 
-/* the vertices from `first` on; returns the fastest approach of those that push */
-static double push_rows(const RestJob *job, int owner, int first, int count) {
+/* the vertices from `first` on; returns the fastest approach of those that push, and adds those that nothing
+ * else touches to `alone` */
+static double push_rows(const RestJob *job, int owner, int first, int count, int *alone,
+                        int *alone_count) {
     Contact *c = job->c;
     Resting *r = &c->resting;
     Vec3 n = r->groups[owner].normal;
@@ -196,17 +211,17 @@ static double push_rows(const RestJob *job, int owner, int first, int count) {
         int place = r->place[first + k];
         double *bristle = contact_vertex_bristle(c, place, obstacle);
         bool pushes = rows.distance[k] < face.dhat;
-        bool alone = pushes && !c->is_touched[place];
+        bool is_alone = pushes && !c->is_touched[place];
         ContactForce force = force_of(&rows, k, n);
-        if (alone) {
+        if (is_alone) {
             push_alone(c, place, &force);
+            alone[(*alone_count)++] = place;
         } else if (pushes) {
             contact_push(c, place, 1.0, &force);
         }
         for (int a = 0; a < 3; a++) {
             bristle[a] = rows.bristle[a][k];
         }
-        r->alone[first + k] = alone;
         approach = pushes ? max2(approach, rows.approach[k]) : approach;
     }
     return approach;
@@ -215,16 +230,20 @@ static double push_rows(const RestJob *job, int owner, int first, int count) {
 static void force_chunk(int chunk, int first, int end, void *context) {
     const RestJob *job = context;
     Contact *c = job->c;
+    Resting *r = &c->resting;
+    int *alone = r->alone + (size_t)first * (size_t)r->most_vertices, alone_count = 0;
     double approach = 0.0;
     for (int k = first; k < end; k++) {
         int owner = c->due_groups[k], begin = c->group_touches[owner].begin;
-        int count = resting_count(&c->resting, owner);
+        int count = resting_count(r, owner);
         for (int m = 0; m < count; m += REST_BATCH) {
             int rows = count - m < REST_BATCH ? count - m : REST_BATCH;
-            approach = max2(approach, push_rows(job, owner, begin + m, rows));
+            double fastest = push_rows(job, owner, begin + m, rows, alone, &alone_count);
+            approach = max2(approach, fastest);
         }
     }
-    c->resting.approach[chunk] = approach;
+    r->alone_counts[chunk] = alone_count;
+    r->approach[chunk] = approach;
 }
 
 void resting_forces(Contact *c, double dt, double share) {
@@ -238,14 +257,9 @@ void resting_forces(Contact *c, double dt, double share) {
 
 void resting_note(Contact *c) {
     const Resting *r = &c->resting;
-    for (int k = 0; k < c->due_group_count; k++) {
-        int owner = c->due_groups[k], begin = c->group_touches[owner].begin;
-        int count = resting_count(r, owner);
-        for (int m = begin; m < begin + count; m++) {
-            if (r->alone[m]) {
-                c->is_touched[r->place[m]] = 1;
-                c->touched[c->touched_count++] = r->place[m];
-            }
-        }
-    }
+    int most = r->most_vertices;
+    int count =
+        parallel_close_up(r->alone, r->alone_counts, c->due_group_count * most, GROUP_GRAIN * most);
+    memcpy(c->touched + c->touched_count, r->alone, (size_t)count * sizeof *c->touched);
+    c->touched_count += count;
 }

@@ -19,14 +19,18 @@ typedef struct Resting {
     RestGroup *groups; /* (group_count x obstacle_count) */
     /* (touch_room) of the vertices of each group, from the first of its touches on */
     int *place;
-    double *level;        /* [m] as in Touch */
-    double *distance;     /* [m] at the last look */
-    unsigned char *alone; /* its forces of this step went to the lanes */
-    double *approach;     /* [m/s] fastest of each chunk */
+    double *level;    /* [m] as in Touch */
+    double *distance; /* [m] at the last look */
+    /* (group_count x obstacle_count x most_vertices) those whose forces of this step went to the lanes: of
+     * each chunk of groups from the place of its first group on */
+    int *alone;
+    int most_vertices; /* of any group */
+    int *alone_counts; /* of chunks */
+    double *approach;  /* [m/s] fastest of each chunk */
     RestKernel *kernel;
 } Resting;
 
-Resting resting_create(int owners, Arena *arena);
+Resting resting_create(const Surface *surface, int owners, Arena *arena);
 void resting_clear(Resting *resting, int owners); /* nothing rests */
 void resting_make_room(Resting *resting, int used, int room, Arena *arena);
 

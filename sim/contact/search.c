@@ -3,6 +3,8 @@
 #include "sim/contact/search.h"
 
 #include <math.h>
+#include <stdint.h>
+#include <string.h>
 
 #include "sim/base/parallel.h"
 #include "sim/contact/constants.h"
@@ -306,27 +308,38 @@ static void bound_chunk(int chunk, int first, int end, void *context) {
     }
 }
 
-static int mark_bounds(Lists *l, int g, int count) {
-    GroupBounds *bounds = &l->bounds[g];
-    if (bounds->boxed == l->stamp || (bounds->boxed > 0 && panel_of(l, g)->still)) {
-        return count;
+/* in rising order: what lies near in the cloth is found by the thread that has met it before */
+static int list_marked(Lists *l) {
+    int count = 0;
+    for (int first = 0; first < l->surface->group_count; first += 8) {
+        uint64_t some;
+        memcpy(&some, l->is_marked + first, 8);
+        for (int g = first; some != 0 && g < first + 8; g++) {
+            l->marked[count] = g;
+            count += l->is_marked[g];
+            l->is_marked[g] = 0;
+        }
     }
-    bounds->boxed = l->stamp;
-    l->marked[count] = g;
-    return count + 1;
+    return count;
 }
 
-static void bound_marked(SearchJob *job, int count) {
-    parallel_for(count, BOUND_GRAIN, bound_chunk, job);
+static void mark_bounds(Lists *l, int g) {
+    if (l->boxed[g] != l->stamp && !(l->boxed[g] > 0 && panel_of(l, g)->still)) {
+        l->boxed[g] = l->stamp;
+        l->is_marked[g] = 1;
+    }
+}
+
+static void bound_marked(SearchJob *job) {
+    parallel_for(list_marked(job->lists), BOUND_GRAIN, bound_chunk, job);
 }
 
 void search_bound_all(Lists *l, const Points *x) {
     SearchJob job = {.lists = l, .x = x};
-    int count = 0;
     for (int g = 0; g < l->surface->group_count; g++) {
-        count = mark_bounds(l, g, count);
+        mark_bounds(l, g);
     }
-    bound_marked(&job, count);
+    bound_marked(&job);
 }
 
 static void slope_chunk(int chunk, int first, int end, void *context) {
@@ -340,30 +353,28 @@ static void slope_chunk(int chunk, int first, int end, void *context) {
 
 static void find_slopes(SearchJob *job, int searched) {
     Lists *l = job->lists;
-    int count = 0;
     for (int k = 0; k < searched; k++) {
         PathEnds ends = l->paths.ends[l->searched[k]];
         int group[4], groups = flatness_groups(l->surface, ends.a, ends.b, group);
         for (int m = 0; m < groups; m++) {
-            if (l->slopes[group[m]].stamp != l->stamp) {
-                l->slopes[group[m]].stamp = l->stamp;
-                l->marked[count++] = group[m];
+            if (l->sloped[group[m]] != l->stamp) {
+                l->sloped[group[m]] = l->stamp;
+                l->is_marked[group[m]] = 1;
             }
         }
     }
-    parallel_for(count, BOUND_GRAIN, slope_chunk, job);
+    parallel_for(list_marked(l), BOUND_GRAIN, slope_chunk, job);
 }
 
 static void find_bounds(SearchJob *job, int searched) {
     Lists *l = job->lists;
-    int count = 0;
     for (int k = 0; k < searched; k++) {
         if (l->apart[k] <= enough(l, l->searched[k])) {
-            count = mark_bounds(l, l->paths.ends[l->searched[k]].a, count);
-            count = mark_bounds(l, l->paths.ends[l->searched[k]].b, count);
+            mark_bounds(l, l->paths.ends[l->searched[k]].a);
+            mark_bounds(l, l->paths.ends[l->searched[k]].b);
         }
     }
-    bound_marked(job, count);
+    bound_marked(job);
 }
 
 static void make_room(Lists *l, Found *found) {
