@@ -1,5 +1,7 @@
 #include "sim/step/sides.h"
 
+#include "sim/base/quad.h"
+
 Sides sides_create(const SweepLattice *lattice, Arena *arena) {
     if (!lattice->bounded) {
         return (Sides){0};
@@ -47,23 +49,32 @@ static int choose_cells(const Sides *sides, int j) {
     return count;
 }
 
-/* which sides of those cells are too long; every other one is, so nothing is branched on */
-static int choose_sides(const Sides *sides, const Lanes *lanes, int j, int cell_count) {
+/* one component of the vectors along the four sides of a cell (side_bound_corners), and half the sum of each
+ * and that across */
+static inline void along_sides(const double *x, const int slot[4], Quad *along, Quad *mean) {
+    double low = x[slot[0]], right = x[slot[1]], above = x[slot[2]], high = x[slot[3]];
+    Quad to = {right, high, above, high}, from = {low, above, low, right};
+    Quad own = to - from, across = {own[1], own[0], own[3], own[2]};
+    *along = own;
+    *mean = 0.5 * (own + across);
+}
+
+/* Which sides of those cells are too long? Every other one is, so nothing is branched on. */
+QUADS static int choose_sides(const Sides *sides, const Lanes *lanes, int j, int cell_count) {
     const SweepLattice *l = sides->lattice;
     double rest[2] = {l->h1 * l->h1, l->h2 * l->h2};
     int count = 0, slot[4];
     for (int n = 0; n < cell_count; n++) {
+        Quad x, y, z, mean_x, mean_y, mean_z;
         find_corners(l, sides->cells[n], l->first + j * l->stride, l->stride, slot);
-        for (int axis = 0; axis < 2; axis++) {
-            const int *own = side_bound_corners[2 * axis], *across = own + 2;
-            Vec3 one = difference(lanes->x, slot[own[0]], slot[own[1]]);
-            Vec3 two = difference(lanes->x, slot[across[0]], slot[across[1]]);
-            Vec3 mean = vec3_scale(0.5, vec3_add(one, two));
-            double of_cell = vec3_dot(mean, mean);
-            sides->longer[count] = 4 * sides->cells[n] + 2 * axis;
-            count += side_bound_is_exceeded(vec3_dot(one, one), of_cell, rest[axis]);
-            sides->longer[count] = 4 * sides->cells[n] + 2 * axis + 1;
-            count += side_bound_is_exceeded(vec3_dot(two, two), of_cell, rest[axis]);
+        along_sides(lanes->x[0], slot, &x, &mean_x);
+        along_sides(lanes->x[1], slot, &y, &mean_y);
+        along_sides(lanes->x[2], slot, &z, &mean_z);
+        Quad square = x * x + y * y + z * z;
+        Quad of_cell = mean_x * mean_x + mean_y * mean_y + mean_z * mean_z;
+        for (int k = 0; k < 4; k++) {
+            sides->longer[count] = 4 * sides->cells[n] + k;
+            count += side_bound_is_exceeded(square[k], of_cell[k], rest[k / 2]);
         }
     }
     return count;
