@@ -33,19 +33,24 @@ typedef struct Pace {
     double took[2];   /* [s] the last look before the trial; the trial */
 } Pace;
 
+#define CACHE_LINE                                                                                 \
+    64 /* [byte] what one thread writes while others wait for something else lies apart */
+
 /* The loop at hand and who waits for the next. Chunks are claimed, not dealt: a worker that is late or
  * asleep is not waited for. */
 typedef struct Team {
     pthread_mutex_t lock;
     pthread_cond_t wake;
     int workers;
-    atomic_int sleepers;
-    _Atomic uint64_t word; /* number of the loop; behind the last chunk that is free, the first */
-    atomic_int done;       /* chunks */
-    ParallelBody *body;    /* of this loop, as what follows; fixed until all chunks are done */
+    uint64_t expected; /* chunks that workers have done in all when this loop is over */
+    Pace pace;
+    _Alignas(CACHE_LINE) atomic_int sleepers;
+    /* number of the loop; behind the last chunk that is free, the first */
+    _Alignas(CACHE_LINE) _Atomic uint64_t word;
+    ParallelBody *body; /* of this loop, as what follows; fixed until all chunks are done */
     void *context;
     int count, grain;
-    Pace pace;
+    _Alignas(CACHE_LINE) _Atomic uint64_t done; /* chunks, by workers, in all loops */
 } Team;
 
 static Team team = {.lock = PTHREAD_MUTEX_INITIALIZER,
@@ -75,27 +80,38 @@ static void run_chunk(ParallelBody *body, int chunk, int count, int grain, void 
     body(chunk, first, end, context);
 }
 
-/* The next chunk, or -1. The caller takes them from the front, workers from the back: from loop to loop each
- * meets the same things, which stay in its cache. */
-static int claim(bool front) {
+/* Some chunks, first .. end - 1; none: end = first. */
+typedef struct Claim {
+    int first, end;
+} Claim;
+
+/* The next chunks: half of this thread's share of what is left, or one. The caller takes them from the front,
+ * workers from the back: from loop to loop each meets the same things, which stay in its cache. */
+static Claim claim(bool front) {
     uint64_t word = atomic_load(&team.word);
     for (;;) {
         uint64_t next = word & CHUNK_MASK, end = word >> CHUNK_BITS & CHUNK_MASK;
         if (next >= end) {
-            return -1;
+            return (Claim){0, 0};
         }
-        uint64_t less = front ? word + 1 : word - ((uint64_t)1 << CHUNK_BITS);
+        uint64_t share = (end - next) / (2 * (uint64_t)threads), count = share > 1 ? share : 1;
+        uint64_t less = front ? word + count : word - (count << CHUNK_BITS);
         if (atomic_compare_exchange_weak(&team.word, &word, less)) {
-            return (int)(front ? next : end - 1);
+            int first = (int)(front ? next : end - count);
+            return (Claim){first, first + (int)count};
         }
     }
 }
 
-static void run_claimed(bool front) {
-    for (int chunk; (chunk = claim(front)) >= 0;) {
-        run_chunk(team.body, chunk, team.count, team.grain, team.context);
-        atomic_fetch_add(&team.done, 1);
+/* returns how many */
+static int run_claimed(bool front) {
+    int count = 0;
+    for (Claim mine = claim(front); mine.first < mine.end; mine = claim(front)) {
+        for (int chunk = mine.first; chunk < mine.end; chunk++, count++) {
+            run_chunk(team.body, chunk, team.count, team.grain, team.context);
+        }
     }
+    return count;
 }
 
 static uint64_t loop_number(uint64_t word) { return word >> 2 * CHUNK_BITS; }
@@ -121,7 +137,10 @@ static void *work(void *unused) {
     inside = true;
     for (;;) {
         uint64_t last = loop_number(atomic_load(&team.word));
-        run_claimed(false);
+        int count = run_claimed(false);
+        if (count > 0) {
+            atomic_fetch_add(&team.done, (uint64_t)count);
+        }
         await_loop(last);
     }
     return NULL;
@@ -148,8 +167,8 @@ static void hire(void) {
 }
 
 /* until all chunks are done; a worker that lost its processor keeps its chunk */
-static void await_workers(int chunk_count) {
-    for (long k = 0; atomic_load(&team.done) < chunk_count; k++) {
+static void await_workers(void) {
+    for (long k = 0; atomic_load(&team.done) != team.expected; k++) {
         if (k < SPINS) {
             rest_a_little();
         } else {
@@ -193,18 +212,20 @@ void parallel_for(int count, int grain, ParallelBody *body, void *context) {
     ASSERT((uint64_t)chunk_count <= CHUNK_MASK);
     hire();
     team.body = body, team.context = context, team.count = count, team.grain = grain;
-    atomic_store(&team.done, 0);
-    uint64_t number = loop_number(atomic_load(&team.word)) + 1;
-    atomic_store(&team.word, number << 2 * CHUNK_BITS | (uint64_t)chunk_count << CHUNK_BITS);
+    uint64_t number =
+        loop_number(atomic_load(&team.word)) + 1; /* the first chunk is the caller's */
+    atomic_store(&team.word, number << 2 * CHUNK_BITS | (uint64_t)chunk_count << CHUNK_BITS | 1);
     if (atomic_load(&team.sleepers) > 0) {
         pthread_mutex_lock(&team.lock);
         pthread_cond_broadcast(&team.wake);
         pthread_mutex_unlock(&team.lock);
     }
     inside = true;
-    run_claimed(true);
+    run_chunk(body, 0, count, grain, context);
+    int own = 1 + run_claimed(true);
     inside = false;
-    await_workers(chunk_count);
+    team.expected += (uint64_t)(chunk_count - own);
+    await_workers();
 }
 
 int parallel_close_up(int *list, const int *found, int count, int grain) {

@@ -57,8 +57,8 @@
 #define CONTACT_QUIET_FOLD_STEPS 30.0 /* less is worth a look at single rows of cells */
 #define CONTACT_QUIET_COST 20.0       /* of a proof, in looks at the spread of neighbours */
 #define CONTACT_QUIET_RETRY 64.0      /* steps until the next try */
-#define CONTACT_VERTEX_GRAIN 512      /* vertices that a thread takes at once, likewise */
-#define CONTACT_FORCE_GRAIN 64        /* contacts whose forces a thread finds at once, some 2 us */
+#define CONTACT_VERTEX_GRAIN 256      /* vertices that a thread takes at once, likewise */
+#define CONTACT_FORCE_GRAIN 32        /* contacts whose forces a thread finds at once, some 1 us */
 #define CONTACT_FORCE_BLOCK 32        /* likewise of one thread alone: added while in its cache */
 #define CONTACT_GROUP_REACH 0.4       /* of the size of a group: how far neighbours are listed */
 

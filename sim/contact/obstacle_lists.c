@@ -8,8 +8,8 @@
 #include "sim/contact/engine.h"
 
 /* what a thread takes at once, some 10 us: groups to be asked, groups to be looked at */
-#define OWNER_GRAIN 500
-#define LOOK_GRAIN 16
+#define OWNER_GRAIN 200
+#define LOOK_GRAIN 8
 
 static void touch_key(const Touch *touch, int key[4]) {
     memcpy(key, touch->place, 3 * sizeof *key);

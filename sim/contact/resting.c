@@ -6,7 +6,7 @@
 #include "sim/base/parallel.h"
 #include "sim/contact/force.h"
 
-#define GROUP_GRAIN 16 /* groups that a thread takes at once, some 10 us */
+#define GROUP_GRAIN 8 /* groups that a thread takes at once, some 10 us */
 
 static int most_vertices(const Surface *surface) {
     int most = 1;

@@ -15,7 +15,7 @@
 #define LEAST_SINE2 1e-12 /* of two edges: below, their common normal is noise */
 /* what a thread takes at once, some 10 us: group pairs to be searched, groups to be bounded */
 #define SEARCH_GRAIN 4
-#define BOUND_GRAIN 32
+#define BOUND_GRAIN 16
 
 typedef struct Search {
     const Lists *lists;

@@ -15,6 +15,8 @@
 /* nodes a thread takes at once, some 10 us; with fewer, starting the threads costs more than they
  * save, and each chunk repeats a row of cells and two of moments */
 #define NODE_GRAIN 1000
+/* a drift repeats nothing: chunks are parts of those of the kick */
+#define DRIFT_PARTS 3
 
 struct Explicit {
     const System *system;
@@ -93,7 +95,7 @@ static void place_all(Explicit *e) {
     e->lanes = lanes_create(slots, system->arena);
     e->buffer_size = SWEEP_BUFFER_ROWS * widest + LANE_MARGIN;
     e->buffers = arena_push(system->arena, double, e->buffer_size *chunks);
-    e->chunk_speed = arena_push(system->arena, double, chunks);
+    e->chunk_speed = arena_push(system->arena, double, DRIFT_PARTS *chunks);
     e->chunks = chunks;
 }
 
@@ -314,8 +316,9 @@ static double drift(Explicit *e, double dt) {
         int first = e->system->first[c];
         if (l->nu > 0) {
             DriftJob job = {e, l, one};
-            parallel_for(l->nv, e->grain[c], drift_chunk, &job);
-            for (int k = 0; k < parallel_chunk_count(l->nv, e->grain[c]); k++) {
+            int grain = (e->grain[c] + DRIFT_PARTS - 1) / DRIFT_PARTS;
+            parallel_for(l->nv, grain, drift_chunk, &job);
+            for (int k = 0; k < parallel_chunk_count(l->nv, grain); k++) {
                 fastest = max2(e->chunk_speed[k], fastest);
             }
             first += e->system->cloths[c].node_count;
