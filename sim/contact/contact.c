@@ -423,7 +423,7 @@ static void push_all(Contact *c, double dt, double share) {
     if (c->def->obstacle_count > 0) {
         obstacle_forces(c, dt, share);
     }
-    parallel_for(c->touched_count, CONTACT_VERTEX_GRAIN, hand_over_chunk, c);
+    parallel_for(c->touched_count, 3 * CONTACT_VERTEX_GRAIN, hand_over_chunk, c);
     resting_note(c);
 }
 

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "sim/base/hash.h"
+#include "sim/base/parallel.h"
 #include "sim/contact/constants.h"
 #include "sim/contact/search.h"
 
@@ -208,15 +209,15 @@ static void take_path(PathRows *paths, int i, const PathRows *old, int before) {
     paths->earliest[i] = old->earliest[before];
 }
 
-static void add_group_pair(int a, int b, void *context) {
-    Lists *l = context;
+static bool may_meet(const Lists *l, int a, int b) {
     bool mesh_a = panel_of(l, a)->obstacle, mesh_b = panel_of(l, b)->obstacle;
     if ((mesh_a && mesh_b) || (!mesh_a && !mesh_b && !l->cloth_meets_cloth)) {
-        return;
+        return false;
     }
-    if (box_distance(&l->boxes[a], &l->boxes[b]) > l->reach) {
-        return;
-    }
+    return box_distance(&l->boxes[a], &l->boxes[b]) <= l->reach;
+}
+
+static void add_group_pair(Lists *l, PathEnds ends) {
     if (l->group_pair_count == l->group_pair_room) {
         int old = l->group_pair_room, room = 2 * old + 4 * l->surface->group_count + 64;
         l->group_pairs = arena_grow(l->arena, GroupPair, l->group_pairs, old, room);
@@ -228,8 +229,59 @@ static void add_group_pair(int a, int b, void *context) {
         l->apart = arena_push(l->arena, double, room);
         l->group_pair_room = room;
     }
-    set_path(&l->paths, l->group_pair_count, (PathEnds){a, b});
+    set_path(&l->paths, l->group_pair_count, ends);
     l->group_pairs[l->group_pair_count++] = (GroupPair){0};
+}
+
+typedef struct NearJob {
+    Lists *lists;
+    const BoxTreePart *parts;
+} NearJob;
+
+typedef struct NearBody {
+    const Lists *lists;
+    NearGroups *near;
+} NearBody;
+
+static void note_near(int a, int b, void *context) {
+    const NearBody *body = context;
+    NearGroups *near = body->near;
+    if (may_meet(body->lists, a, b)) {
+        if (near->count < near->room) {
+            near->ends[near->count] = (PathEnds){a, b};
+        }
+        near->count++;
+    }
+}
+
+static void near_chunk(int chunk, int first, int end, void *context) {
+    const NearJob *job = context;
+    Lists *l = job->lists;
+    NearBody body = {l, &l->near[chunk]};
+    body.near->count = 0;
+    for (int k = first; k < end; k++) {
+        box_tree_part_pairs(&l->tree, job->parts[k], l->reach, note_near, &body);
+    }
+}
+
+/* groups that may meet others: found in parts of the tree, listed in their order */
+static void add_near_groups(Lists *l) {
+    BoxTreePart parts[BOX_TREE_PARTS];
+    int count = box_tree_parts(&l->tree, l->reach, parts);
+    NearJob job = {l, parts};
+    parallel_for(count, NEAR_GRAIN, near_chunk, &job);
+    for (int k = 0; k < parallel_chunk_count(count, NEAR_GRAIN); k++) {
+        NearGroups *near = &l->near[k];
+        if (near->count > near->room) { /* again, with room */
+            near->room = 2 * near->count;
+            near->ends = arena_push(l->arena, PathEnds, near->room);
+            int first = k * NEAR_GRAIN, end = first + NEAR_GRAIN;
+            near_chunk(k, first, end < count ? end : count, &job);
+        }
+        for (int m = 0; m < near->count; m++) {
+            add_group_pair(l, near->ends[m]);
+        }
+    }
 }
 
 /* hash of the old group pairs: number + 1 */
@@ -283,9 +335,11 @@ void lists_remake(Lists *l, const Points *x, double least_reach) {
     l->spent = l->widest = 0.0;
     box_tree_refit(&l->tree, l->boxes);
     for (int g = 0; g < groups; g++) {
-        add_group_pair(g, g, l);
+        if (may_meet(l, g, g)) {
+            add_group_pair(l, (PathEnds){g, g});
+        }
     }
-    box_tree_pairs(&l->tree, l->reach, add_group_pair, l);
+    add_near_groups(l);
     index_old(l, old_count);
     memset(l->renumber, -1, (size_t)l->group_pair_room * sizeof *l->renumber);
     for (int i = 0; i < l->group_pair_count; i++) {

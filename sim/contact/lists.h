@@ -64,6 +64,14 @@ typedef struct Found {
 
 #define SEARCH_CHUNKS 32
 
+/* What one share of the tree of groups holds: pairs of groups that may meet. */
+typedef struct NearGroups {
+    PathEnds *ends; /* (count), unless that is more than there is room for */
+    int count, room;
+} NearGroups;
+
+#define NEAR_GRAIN (BOX_TREE_PARTS / SEARCH_CHUNKS) /* parts of the tree */
+
 typedef struct Lists {
     const Surface *surface;
     bool cloth_meets_cloth;
@@ -85,6 +93,7 @@ typedef struct Lists {
     int *marked;              /* (group_count) groups whose bounds are to be found, and 8 more */
     unsigned char *is_marked; /* likewise: 1 until they are listed */
     Found found[SEARCH_CHUNKS];
+    NearGroups near[SEARCH_CHUNKS];
     int *slots; /* hash of group pairs, for remakes */
     int slot_count;
     double reach;    /* [m] groups farther apart are not listed */

@@ -2,6 +2,8 @@
 
 #include <stdlib.h>
 
+#define PART_LEVELS 6 /* 64 nodes with themselves and 192 pairs of others, at most */
+
 double box_distance(const Box *a, const Box *b) {
     double x = max2(0.0, max2(a->low.x - b->high.x, b->low.x - a->high.x));
     double y = max2(0.0, max2(a->low.y - b->high.y, b->low.y - a->high.y));
@@ -85,6 +87,11 @@ static double volume(const Box *box) {
     return e.x + e.y + e.z;
 }
 
+/* of two nodes that have children, the larger one is split */
+static bool splits_first(const BoxTree *tree, int a, int b) {
+    return volume(&tree->box[a]) >= volume(&tree->box[b]);
+}
+
 static void descend(const Query *q, int a, int b) {
     const BoxTree *tree = q->tree;
     if (a == b) {
@@ -103,7 +110,7 @@ static void descend(const Query *q, int a, int b) {
     if (ca < 0 && cb < 0) {
         int i = -1 - ca, j = -1 - cb;
         q->body(i < j ? i : j, i < j ? j : i, q->context);
-    } else if (cb < 0 || (ca >= 0 && volume(&tree->box[a]) >= volume(&tree->box[b]))) {
+    } else if (cb < 0 || (ca >= 0 && splits_first(tree, a, b))) {
         descend(q, ca, b);
         descend(q, ca + 1, b);
     } else {
@@ -114,7 +121,46 @@ static void descend(const Query *q, int a, int b) {
 
 void box_tree_pairs(const BoxTree *tree, double reach, BoxPairBody *body, void *context) {
     if (tree->item_count > 1) {
-        Query query = {tree, reach, body, context};
-        descend(&query, 0, 0);
+        box_tree_part_pairs(tree, (BoxTreePart){0, 0}, reach, body, context);
     }
+}
+
+void box_tree_part_pairs(const BoxTree *tree, BoxTreePart part, double reach, BoxPairBody *body,
+                         void *context) {
+    Query query = {tree, reach, body, context};
+    descend(&query, part.a, part.b);
+}
+
+typedef struct Parting {
+    const BoxTree *tree;
+    double reach;
+    BoxTreePart *parts;
+    int count;
+} Parting;
+
+/* as descend, some levels deep */
+static void part(Parting *p, int a, int b, int levels) {
+    const int *child = p->tree->child;
+    if (a != b && !box_near(&p->tree->box[a], &p->tree->box[b], p->reach)) {
+        return;
+    }
+    if (levels == 0 || child[a] < 0 || child[b] < 0) {
+        p->parts[p->count++] = (BoxTreePart){a, b};
+    } else if (a == b) {
+        part(p, child[a], child[a], levels - 1);
+        part(p, child[a] + 1, child[a] + 1, levels - 1);
+        part(p, child[a], child[a] + 1, levels - 1);
+    } else {
+        bool first = splits_first(p->tree, a, b);
+        part(p, first ? child[a] : a, first ? b : child[b], levels - 1);
+        part(p, first ? child[a] + 1 : a, first ? b : child[b] + 1, levels - 1);
+    }
+}
+
+int box_tree_parts(const BoxTree *tree, double reach, BoxTreePart *parts) {
+    Parting parting = {tree, reach, parts, 0};
+    if (tree->item_count > 1) {
+        part(&parting, 0, 0, PART_LEVELS);
+    }
+    return parting.count;
 }

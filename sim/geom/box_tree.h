@@ -55,4 +55,16 @@ typedef void BoxPairBody(int a, int b, void *context);
 /* Calls body for every pair a < b of items nearer than `reach`, always in the same order. */
 void box_tree_pairs(const BoxTree *tree, double reach, BoxPairBody *body, void *context);
 
+/* The same in parts, for threads: all pairs of one part after those of another, in the same order. */
+typedef struct BoxTreePart {
+    int a, b;
+} BoxTreePart;
+
+#define BOX_TREE_PARTS 256
+
+/* parts: (BOX_TREE_PARTS); returns how many there are. */
+int box_tree_parts(const BoxTree *tree, double reach, BoxTreePart *parts);
+void box_tree_part_pairs(const BoxTree *tree, BoxTreePart part, double reach, BoxPairBody *body,
+                         void *context);
+
 #endif
