@@ -14,13 +14,14 @@
 #include "sim/base/clock.h"
 #include "sim/base/error.h"
 
-#define SPINS 6000       /* of a worker before it sleeps: some 0.1 ms, the serial part of a step */
-#define LOOK_LOOPS 512   /* from one look at the clock to the next, some 10 ms */
-#define LEAST_PATIENCE 8 /* looks until the other way is tried again */
-#define MOST_PATIENCE 64 /* ... when it was no better before; a second */
-#define BETTER 0.92      /* of the time of the way at hand */
-#define SUM_BLOCK 4096   /* numbers that are kept at once, on the stack */
-#define CHUNK_BITS 24    /* of the number of a chunk in Team.word */
+#define SPINS 6000        /* of a worker before it sleeps: some 0.1 ms, the serial part of a step */
+#define LOOK_LOOPS 512    /* from one look at the clock to the next, some 10 ms */
+#define LEAST_PATIENCE 8  /* looks until the other way is tried again */
+#define LONGER 4          /* times that when it was no better */
+#define MOST_PATIENCE 128 /* ... at most; two seconds */
+#define BETTER 0.92       /* of the time of the way at hand */
+#define SUM_BLOCK 4096    /* numbers that are kept at once, on the stack */
+#define CHUNK_BITS 24     /* of the number of a chunk in Team.word */
 #define CHUNK_MASK (((uint64_t)1 << CHUNK_BITS) - 1)
 
 /* With the workers or alone: whichever is quicker, tried one after the other. Other programs may want the
@@ -187,7 +188,8 @@ static void look_at_clock(Pace *pace) {
         pace->alone = !pace->alone;
     } else if (trial == 2) {
         bool better = pace->took[1] < BETTER * 0.5 * (pace->took[0] + took);
-        int longer = 2 * pace->patience < MOST_PATIENCE ? 2 * pace->patience : MOST_PATIENCE;
+        int longer =
+            LONGER * pace->patience < MOST_PATIENCE ? LONGER * pace->patience : MOST_PATIENCE;
         pace->alone = pace->alone != better;
         pace->patience = better ? LEAST_PATIENCE : longer;
         pace->looks = 0;

@@ -71,25 +71,30 @@ static bool all_held(const Contact *c, const Touch *touch) {
     return held;
 }
 
-/* which touches push, and which stand for the same */
+TouchPush obstacle_push(const Contact *c, const Touch *touch) {
+    bool vertex = touch->place[1] < 0;
+    if (touch->distance >= touch_distance(c, touch) || all_held(c, touch) ||
+        (!vertex && at_corner(touch))) {
+        return TOUCH_LETS_GO;
+    }
+    return vertex || touch->feature == 7 ? TOUCH_PUSHES : TOUCH_SHARES_EDGE;
+}
+
+/* those that push, of which some stand for the same edge */
 static void choose_pushing(Contact *c) {
     contact_make_force_room(c, c->due_touch_count);
     contact_clear_twins(c, c->due_touch_count);
-    for (int k = 0; k < c->due_touch_count; k++) {
-        int t = c->due_touches[k];
-        Touch *touch = &c->touches[t];
-        bool vertex = touch->place[1] < 0;
-        if (touch->distance >= touch_distance(c, touch) || all_held(c, touch) ||
-            (!vertex && at_corner(touch))) {
-            obstacle_forget(c, touch);
-            continue;
-        }
-        bool edge = !vertex && touch->feature != 7;
-        int twin = edge ? find_twin(c, touch, t) : -1;
-        if (twin >= 0) {
-            c->followers[c->follower_count++] = (Follower){t, twin};
-        } else {
-            c->pushing[c->pushing_count++] = t;
+    for (int k = 0; k < c->due_group_count; k++) {
+        const GroupTouch *group = &c->group_touches[c->due_groups[k]];
+        for (int m = group->begin; m < group->begin + group->pushing; m++) {
+            bool edge = c->looked[m] < 0;
+            int t = edge ? -1 - c->looked[m] : c->looked[m];
+            int twin = edge ? find_twin(c, &c->touches[t], t) : -1;
+            if (twin >= 0) {
+                c->followers[c->follower_count++] = (Follower){t, twin};
+            } else {
+                c->pushing[c->pushing_count++] = t;
+            }
         }
     }
 }

@@ -183,11 +183,15 @@ static void list_group(Contact *c, int owner) {
 
 /* ---- looking ---- */
 
+/* What a look is for: only what a search listed is looked at, and is due again; touches that are near; those
+ * that push too, and the others let go. */
+typedef enum LookAim { LOOK_LISTS, LOOK_NEAR, LOOK_PUSHING } LookAim;
+
 /* The looks of a step, group by group: what each finds stands from its first touch on. */
 typedef struct LookJob {
     Contact *c;
     Points x;
-    bool lists; /* only what a search listed is looked at, and is due again */
+    LookAim aim;
 } LookJob;
 
 typedef struct AdvanceJob {
@@ -207,7 +211,7 @@ static inline void look_at(const LookJob *job, GroupTouch *group, Corners *corne
         touch->frozen = path + obstacle_frozen(c, touch);
     }
     double due = path + touch->distance - group->near;
-    if (group->fresh && (job->lists || touch->distance > group->near)) {
+    if (group->fresh && (job->aim == LOOK_LISTS || touch->distance > group->near)) {
         touch->frozen = -1.0;
     } else if (touch->spare) {
         due = max2(due, path + touch->margin);
@@ -310,6 +314,18 @@ static void close_up(Contact *c, GroupTouch *group) {
     }
 }
 
+static void list_pushing(Contact *c, GroupTouch *group) {
+    for (int m = group->begin; m < group->begin + group->near_count; m++) {
+        int t = c->near_touches[m];
+        TouchPush push = obstacle_push(c, &c->touches[t]);
+        if (push == TOUCH_LETS_GO) {
+            obstacle_forget(c, &c->touches[t]);
+        } else {
+            c->looked[group->begin + group->pushing++] = push == TOUCH_PUSHES ? t : -1 - t;
+        }
+    }
+}
+
 static void triangle_chunk(int chunk, int first, int end, void *context) {
     (void)chunk;
     const LookJob *job = context;
@@ -325,8 +341,12 @@ static void triangle_chunk(int chunk, int first, int end, void *context) {
         if (group->fresh) {
             close_up(c, group);
         }
-        if (!job->lists && !resting_holds(&c->resting, owner)) {
+        if (job->aim != LOOK_LISTS && !resting_holds(&c->resting, owner)) {
             resting_settle(c, owner);
+        }
+        group->pushing = 0;
+        if (job->aim == LOOK_PUSHING && !resting_holds(&c->resting, owner)) {
+            list_pushing(c, group);
         }
     }
 }
@@ -346,9 +366,9 @@ static void search_spent(Contact *c, double dt) {
     c->statistics.rebuilds += count > 0;
 }
 
-/* at all groups that are due, or for the `lists` of a search alone */
-static void look(Contact *c, bool lists) {
-    LookJob job = {c, contact_positions(c), lists};
+/* at all groups that are due */
+static void look(Contact *c, LookAim aim) {
+    LookJob job = {c, contact_positions(c), aim};
     int owners = contact_owners(c);
     if (!c->touches_asked) {
         parallel_for(owners, OWNER_GRAIN, due_chunk, c);
@@ -384,12 +404,12 @@ void obstacle_begin(Contact *c, double dt) {
     }
     c->touches_asked = false;
     search_spent(c, dt);
-    look(c, true);
+    look(c, LOOK_LISTS);
     c->touch_memory_count = c->due_group_count = 0;
 }
 
-void obstacle_look(Contact *c) {
-    look(c, false);
+static void look_near(Contact *c, LookAim aim) {
+    look(c, aim);
     c->due_touch_count = 0;
     for (int k = 0; k < c->due_group_count; k++) {
         const GroupTouch *group = &c->group_touches[c->due_groups[k]];
@@ -402,9 +422,11 @@ void obstacle_look(Contact *c) {
     c->statistics.pairs += c->touch_count;
 }
 
+void obstacle_look(Contact *c) { look_near(c, LOOK_NEAR); }
+
 void obstacle_find(Contact *c, double dt) {
     search_spent(c, dt);
-    obstacle_look(c);
+    look_near(c, c->impulses ? LOOK_NEAR : LOOK_PUSHING);
     for (int k = 0; k < c->due_group_count; k++) {
         const GroupTouch *group = &c->group_touches[c->due_groups[k]];
         c->statistics.smallest_gap = min2(c->statistics.smallest_gap, group->gap);

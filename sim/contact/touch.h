@@ -38,7 +38,9 @@ typedef struct GroupTouch {
     double reach;     /* [m] what is farther away is not listed */
     int room;         /* of its block of touches; 0: none */
     int listed;       /* its touches before this look */
-    int looked, near_count; /* at the last look: triangles that were due; touches that are near */
+    int near_count;   /* touches that are near, at the last look */
+    int looked;       /* triangles that were due, then ... */
+    int pushing; /* ... after a look for forces: touches that push; -1 - touch: it shares an edge */
 } GroupTouch;
 
 /* Distance and normal of a vertex at an obstacle, kept while positions stay. */
@@ -99,8 +101,11 @@ Vec3 obstacle_velocity(const Contact *c, int obstacle, Vec3 point, double dt);
 double obstacle_reach(const Contact *c, const Touch *touch);
 void obstacle_move(Contact *c, double dt);
 
+typedef enum TouchPush { TOUCH_LETS_GO, TOUCH_PUSHES, TOUCH_SHARES_EDGE } TouchPush;
+
 /* obstacle.c: forces and guard */
-double touch_friction(const Contact *c, const Touch *touch); /* mu */
+TouchPush obstacle_push(const Contact *c, const Touch *touch); /* of one that is near */
+double touch_friction(const Contact *c, const Touch *touch);   /* mu */
 void obstacle_forces(Contact *c, double dt, double share);
 void obstacle_refresh(Contact *c, double dt);
 void obstacle_impulses(Contact *c, double dt);
