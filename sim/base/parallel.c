@@ -40,18 +40,18 @@ typedef struct Pace {
 /* The loop at hand and who waits for the next. Chunks are claimed, not dealt: a worker that is late or
  * asleep is not waited for. */
 typedef struct Team {
-    pthread_mutex_t lock;
-    pthread_cond_t wake;
-    int workers;
-    uint64_t expected; /* chunks that workers have done in all when this loop is over */
-    Pace pace;
-    _Alignas(CACHE_LINE) atomic_int sleepers;
     /* number of the loop; behind the last chunk that is free, the first */
     _Alignas(CACHE_LINE) _Atomic uint64_t word;
     ParallelBody *body; /* of this loop, as what follows; fixed until all chunks are done */
     void *context;
     int count, grain;
     _Alignas(CACHE_LINE) _Atomic uint64_t done; /* chunks, by workers, in all loops */
+    pthread_mutex_t lock;                       /* of those that sleep */
+    pthread_cond_t wake;
+    atomic_int sleepers;
+    int workers;
+    uint64_t expected; /* chunks that workers have done in all when this loop is over */
+    Pace pace;
 } Team;
 
 static Team team = {.lock = PTHREAD_MUTEX_INITIALIZER,
