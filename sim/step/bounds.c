@@ -19,7 +19,7 @@ static int cloth_count(const Bounds *b) { return b->steer->system->cloth_count; 
 /* [J] now, of all cells */
 static double stored(Bounds *b) {
     double energy = 0.0;
-    bounds_find(b, true);
+    bounds_find(b, true, 0.0);
     for (int c = 0; c < cloth_count(b); c++) {
         energy += sides_energy(&b->sides[c]);
     }
@@ -33,7 +33,8 @@ void bounds_begin(Bounds *b, const int *slot, bool enters) {
             inertia_enter(&b->inertia, &b->lattices[c], b->lanes, c, b->grain[c]);
         }
     }
-    b->taken = stored(b);
+    double begins = stored(b); /* forgets what was listed before */
+    b->taken = begins;
 }
 
 double bounds_hidden(Bounds *b) {
@@ -46,19 +47,16 @@ double bounds_hidden(Bounds *b) {
     return energy;
 }
 
-double bounds_end(Bounds *b) { return b->taken - stored(b); }
-
-void bounds_find(Bounds *b, bool all) {
-    for (int c = 0; c < cloth_count(b); c++) {
-        const unsigned char *held = b->steer->held + b->steer->system->first[c];
-        sides_find(&b->sides[c], b->lanes, held, all);
-        limit_see(&b->limits[c], held);
-    }
+double bounds_end(Bounds *b) {
+    double left = stored(b);
+    return b->taken - left;
 }
 
-void bounds_push(Bounds *b, double kick_time) {
+void bounds_find(Bounds *b, bool all, double kick_time) {
     for (int c = 0; c < cloth_count(b); c++) {
-        sides_push(&b->sides[c], b->lanes, kick_time);
+        const unsigned char *held = b->steer->held + b->steer->system->first[c];
+        b->taken += sides_find(&b->sides[c], b->lanes, held, all, kick_time);
+        limit_see(&b->limits[c], held);
     }
 }
 
@@ -86,5 +84,6 @@ void bounds_hold(Bounds *b, double dt, double share) {
 void bounds_count(Bounds *b) {
     for (int c = 0; c < cloth_count(b); c++) {
         b->taken += sides_work(&b->sides[c], b->lanes);
+        sides_forget(&b->sides[c]);
     }
 }

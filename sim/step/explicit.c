@@ -431,9 +431,8 @@ static void kick_with_contact(Explicit *e, double dt, double share, double time_
     if (e->contact) {
         contact_forces(e->contact, dt, share, time_end);
     }
-    bounds_find(&e->bounds, all);
     impulse_add(&e->impulse, e->system, &e->lanes, e->slot, share * dt);
-    bounds_push(&e->bounds, share * dt);
+    bounds_find(&e->bounds, all, share * dt);
     kick(e, share * dt);
     bounds_spread(&e->bounds);
     if (e->contact) {
@@ -458,7 +457,6 @@ static void change_by_contact(Explicit *e, void (*change)(Contact *, double), do
 /* drift that crosses nothing */
 static double guarded_drift(Explicit *e, double dt) {
     change_by_contact(e, contact_guard, dt);
-    bounds_count(&e->bounds);
     double fastest = drift(e, dt);
     if (e->contact) {
         contact_drifted(e->contact, fastest, dt);
@@ -507,12 +505,13 @@ static void run_steps(Explicit *e, const ExplicitRun *run, const State *state,
             return;
         }
     }
-    if (run->kinetic_damping) {
-        stop_all(e);
-    } else if (!run->symplectic_euler) {
+    if (!run->kinetic_damping && !run->symplectic_euler) {
         kick_with_contact(e, run->dt, 0.5, state->time + (run->steps + 1) * run->dt, false);
         bounds_hold(&e->bounds, run->dt, 0.5);
-        bounds_count(&e->bounds);
+    }
+    bounds_count(&e->bounds);
+    if (run->kinetic_damping) {
+        stop_all(e);
     }
 }
 

@@ -1,6 +1,12 @@
 #include "sim/step/sides.h"
 
+#include "sim/base/parallel.h"
 #include "sim/base/quad.h"
+
+#define SHARE_ROWS 16 /* rows of cells of a share: the order of impulses depends on it */
+#define FEW_SIDES 64  /* fewer are not worth a thread */
+
+static int min_int(int a, int b) { return a < b ? a : b; }
 
 Sides sides_create(const SweepLattice *lattice, Arena *arena) {
     if (!lattice->bounded) {
@@ -8,12 +14,18 @@ Sides sides_create(const SweepLattice *lattice, Arena *arena) {
     }
     SweepSides seen = {arena_push(arena, unsigned char, lattice->nv),
                        arena_push(arena, unsigned char, lattice->nu * lattice->nv)};
+    int count = parallel_chunk_count(lattice->nv - 1, SHARE_ROWS);
+    SidesShare *shares = arena_push(arena, SidesShare, count);
+    for (int k = 0; k < count; k++) {
+        shares[k].cells = arena_push(arena, int, lattice->nu);
+        shares[k].longer = arena_push(arena, int, 4 * lattice->nu);
+        shares[k].buffer = arena_push(arena, double, lattice->stride + LANE_MARGIN);
+    }
     return (Sides){.lattice = lattice,
                    .kernel = sweep_kernel_best(),
                    .seen = seen,
-                   .cells = arena_push(arena, int, lattice->nu),
-                   .longer = arena_push(arena, int, 4 * lattice->nu),
-                   .buffer = arena_push(arena, double, lattice->stride + LANE_MARGIN),
+                   .shares = shares,
+                   .share_count = count,
                    .blocks = inertia_blocks_create(lattice, arena),
                    .arena = arena};
 }
@@ -38,12 +50,12 @@ static inline void find_corners(const SweepLattice *l, int i, int at, int stride
 }
 
 /* the marked cells of a row */
-static int choose_cells(const Sides *sides, int j) {
+static int choose_cells(const Sides *sides, const SidesShare *share, int j) {
     const SweepLattice *l = sides->lattice;
     const unsigned char *marked = sides->seen.cell + j * l->nu;
     int count = 0, end = l->wrap ? l->nu : l->nu - 1;
     for (int i = 0; i < end; i++) {
-        sides->cells[count] = i;
+        share->cells[count] = i;
         count += marked[i];
     }
     return count;
@@ -60,32 +72,24 @@ static inline void along_sides(const double *x, const int slot[4], Quad *along, 
 }
 
 /* Which sides of those cells are too long? Every other one is, so nothing is branched on. */
-QUADS static int choose_sides(const Sides *sides, const Lanes *lanes, int j, int cell_count) {
-    const SweepLattice *l = sides->lattice;
+QUADS static int choose_sides(const SweepLattice *l, const SidesShare *share, const Lanes *lanes,
+                              int j, int cell_count) {
     double rest[2] = {l->h1 * l->h1, l->h2 * l->h2};
     int count = 0, slot[4];
     for (int n = 0; n < cell_count; n++) {
         Quad x, y, z, mean_x, mean_y, mean_z;
-        find_corners(l, sides->cells[n], l->first + j * l->stride, l->stride, slot);
+        find_corners(l, share->cells[n], l->first + j * l->stride, l->stride, slot);
         along_sides(lanes->x[0], slot, &x, &mean_x);
         along_sides(lanes->x[1], slot, &y, &mean_y);
         along_sides(lanes->x[2], slot, &z, &mean_z);
         Quad square = x * x + y * y + z * z;
         Quad of_cell = mean_x * mean_x + mean_y * mean_y + mean_z * mean_z;
         for (int k = 0; k < 4; k++) {
-            sides->longer[count] = 4 * sides->cells[n] + k;
+            share->longer[count] = 4 * share->cells[n] + k;
             count += side_bound_is_exceeded(square[k], of_cell[k], rest[k / 2]);
         }
     }
     return count;
-}
-
-static void mark_cell(Sides *sides, int i, int j) {
-    int right = i + 1 < sides->lattice->nu ? i + 1 : 0;
-    for (int row = j; row <= j + 1; row++) {
-        inertia_blocks_mark(&sides->blocks, i, row);
-        inertia_blocks_mark(&sides->blocks, right, row);
-    }
 }
 
 /* side k of cell i of row j */
@@ -112,67 +116,152 @@ static void set_side(const Sides *sides, const Lanes *lanes, const unsigned char
     side->impulse = 0.0;
 }
 
-static void make_room(Sides *sides, int more) {
-    if (sides->count + more > sides->room) {
-        sides->room = 2 * (sides->count + more) + 64;
-        sides->list = arena_grow(sides->arena, LongSide, sides->list, sides->count, sides->room);
+static void push(const LongSide *side, const Lanes *lanes, double force) {
+    for (int k = 0; k < 4; k++) {
+        double pull = side->mobility[k] > 0.0 ? (k % 2 == 0 ? force : -force) : 0.0;
+        Vec3 slope = side->slope[k / 2];
+        int slot = side->slot[k];
+        lanes->f[0][slot] += pull * slope.x;
+        lanes->f[1][slot] += pull * slope.y;
+        lanes->f[2][slot] += pull * slope.z;
     }
 }
 
-static void add_row(Sides *sides, const Lanes *lanes, const unsigned char *held, int j) {
-    int count = choose_sides(sides, lanes, j, choose_cells(sides, j));
-    make_room(sides, count);
+static void push_sides(SidesShare *share, const Lanes *lanes, int first, int end,
+                       double kick_time) {
+    for (int n = first; n < end && kick_time > 0.0; n++) {
+        LongSide *side = &share->list[n];
+        double force = side->stiffness * min2(side->excess, side->most);
+        side->impulse = kick_time * force;
+        push(side, lanes, force);
+    }
+}
+
+static double work_of(const SidesShare *share, const Lanes *lanes) {
+    double work = 0.0;
+    for (int k = 0; k < share->count; k++) {
+        const LongSide *side = &share->list[k];
+        work += 0.5 * side->impulse * (side->before + growth(side, lanes));
+    }
+    return work;
+}
+
+typedef struct FindJob {
+    Sides *sides;
+    const Lanes *lanes;
+    const unsigned char *held;
+    bool all;
+    double kick_time;
+} FindJob;
+
+static void add_row(const FindJob *job, SidesShare *share, int j) {
+    const Sides *sides = job->sides;
+    const SweepLattice *l = sides->lattice;
+    int cells = sides->seen.row[j] ? choose_cells(sides, share, j) : 0;
+    int count = choose_sides(l, share, job->lanes, j, cells);
+    if (share->count + count > share->room) {
+        share->full = true;
+        return;
+    }
     for (int n = 0; n < count; n++) {
-        int i = sides->longer[n] / 4;
-        LongSide *side = &sides->list[sides->count];
-        set_side(sides, lanes, held, i, j, sides->longer[n] % 4, side);
-        if (side->excess > 0.0) {
-            sides->count++;
-            if (sides->lattice->scaled) {
-                mark_cell(sides, i, j);
-            }
+        LongSide *side = &share->list[share->count];
+        int i = share->longer[n] / 4;
+        set_side(sides, job->lanes, job->held, i, j, share->longer[n] % 4, side);
+        share->count += side->excess > 0.0;
+    }
+}
+
+static void find_rows(const FindJob *job, SidesShare *share, int first, int end) {
+    bool last = end + 1 == job->sides->lattice->nv;
+    share->count = share->inner = 0;
+    share->full = false;
+    for (int j = first; j < end; j++) {
+        share->inner = j + 1 < end ? share->inner : share->count;
+        add_row(job, share, j);
+    }
+    share->inner = last ? share->count : share->inner;
+}
+
+/* blocks that the sides first .. end - 1 of a share change */
+static void mark_sides(Sides *sides, const SidesShare *share, int first, int end) {
+    const SweepLattice *l = sides->lattice;
+    for (int n = first; n < end && l->scaled; n++) {
+        for (int k = 0; k < 4; k++) {
+            int at = share->list[n].slot[k] - l->first;
+            inertia_blocks_mark(&sides->blocks, at % l->stride, at / l->stride);
         }
     }
 }
 
-void sides_find(Sides *sides, const Lanes *lanes, const unsigned char *held, bool all) {
-    const SweepLattice *l = sides->lattice;
-    sides->count = 0;
-    if (!l) {
+static void find_chunk(int chunk, int first, int end, void *context) {
+    const FindJob *job = context;
+    Sides *sides = job->sides;
+    SidesShare *share = &sides->shares[chunk];
+    share->work = work_of(share, job->lanes);
+    if (job->all) {
+        sides->kernel->mark(sides->lattice, job->lanes, &sides->seen, first, end, share->buffer);
+    }
+    find_rows(job, share, first, end);
+    if (!share->full) {
+        push_sides(share, job->lanes, 0, share->inner, job->kick_time);
+        mark_sides(sides, share, 0, share->inner);
+    }
+}
+
+/* shares one after the other where there is little to do; the same bits */
+static void for_shares(const Sides *sides, ParallelBody *body, void *context) {
+    int rows = sides->lattice->nv - 1;
+    if (sides->count >= FEW_SIDES) {
+        parallel_for(rows, SHARE_ROWS, body, context);
         return;
+    }
+    for (int k = 0; k < sides->share_count; k++) {
+        body(k, k * SHARE_ROWS, min_int(rows, (k + 1) * SHARE_ROWS), context);
+    }
+}
+
+/* what a share could not do while others worked: find room for its sides, push those of its last row */
+static void settle_share(const FindJob *job, SidesShare *share, int k) {
+    Sides *sides = job->sides;
+    int pushed = share->full ? 0 : share->inner;
+    while (share->full) {
+        share->room = 2 * share->room + 64;
+        share->list = arena_push(sides->arena, LongSide, share->room);
+        find_rows(job, share, k * SHARE_ROWS,
+                  min_int(sides->lattice->nv - 1, (k + 1) * SHARE_ROWS));
+    }
+    push_sides(share, job->lanes, pushed, share->count, job->kick_time);
+    mark_sides(sides, share, pushed, share->count);
+}
+
+double sides_find(Sides *sides, const Lanes *lanes, const unsigned char *held, bool all,
+                  double kick_time) {
+    const SweepLattice *l = sides->lattice;
+    if (!l) {
+        return 0.0;
     }
     inertia_blocks_clear(&sides->blocks, l->nv);
     if (all) {
         sweep_wrap_rows(l, lanes->x);
-        sides->kernel->mark(l, lanes, &sides->seen, 0, l->nv, sides->buffer);
     }
-    for (int j = 0; j + 1 < l->nv; j++) {
-        if (sides->seen.row[j]) {
-            add_row(sides, lanes, held, j);
-        }
+    FindJob job = {sides, lanes, held, all, kick_time};
+    for_shares(sides, find_chunk, &job);
+    double work = 0.0;
+    sides->count = 0;
+    for (int k = 0; k < sides->share_count; k++) {
+        SidesShare *share = &sides->shares[k];
+        settle_share(&job, share, k);
+        sides->count += share->count;
+        work += share->work;
     }
-}
-
-void sides_push(Sides *sides, const Lanes *lanes, double kick_time) {
-    for (int n = 0; n < sides->count; n++) {
-        LongSide *side = &sides->list[n];
-        double force = side->stiffness * min2(side->excess, side->most);
-        side->impulse = kick_time * force;
-        for (int k = 0; k < 4; k++) {
-            double pull = side->mobility[k] > 0.0 ? (k % 2 == 0 ? force : -force) : 0.0;
-            Vec3 slope = side->slope[k / 2];
-            int slot = side->slot[k];
-            lanes->f[0][slot] += pull * slope.x;
-            lanes->f[1][slot] += pull * slope.y;
-            lanes->f[2][slot] += pull * slope.z;
-        }
-    }
+    return work;
 }
 
 void sides_clear(const Sides *sides, const Lanes *lanes) {
-    for (int n = 0; n < sides->count; n++) {
-        for (int k = 0; k < 4; k++) {
-            int slot = sides->list[n].slot[k];
+    for (int m = 0; m < sides->share_count && sides->count > 0; m++) {
+        const SidesShare *share = &sides->shares[m];
+        for (int n = 0; n < 4 * share->count; n++) {
+            int slot = share->list[n / 4].slot[n % 4];
             lanes->f[0][slot] = lanes->f[1][slot] = lanes->f[2][slot] = 0.0;
         }
     }
@@ -213,30 +302,62 @@ static void pull(LongSide *side, const SidesPull *to, double dt, double share) {
     apply(side, to, max2(0.0, min2(wanted, yields)) - side->impulse);
 }
 
+typedef struct HoldJob {
+    Sides *sides;
+    SidesPull to;
+    double dt, share;
+} HoldJob;
+
+static void hold(const HoldJob *job, const SidesShare *share, int first, int end) {
+    for (int k = first; k < end; k++) {
+        pull(&share->list[k], &job->to, job->dt, job->share);
+    }
+}
+
+static void hold_chunk(int chunk, int first, int end, void *context) {
+    (void)first, (void)end;
+    const HoldJob *job = context;
+    const SidesShare *share = &job->sides->shares[chunk];
+    hold(job, share, 0, share->inner);
+}
+
 void sides_hold(Sides *sides, const Lanes *lanes, double dt, double share,
                 double *const pulled[3]) {
-    bool scaled = sides->count > 0 && sides->lattice->scaled;
+    if (sides->count == 0) {
+        return;
+    }
+    bool scaled = sides->lattice->scaled;
     SidesPull to = {lanes, scaled ? pulled : NULL, scaled ? SIDES_SCALED_MOBILITY : 1.0};
-    for (int k = 0; k < sides->count; k++) {
-        pull(&sides->list[k], &to, dt, share);
+    HoldJob job = {sides, to, dt, share};
+    for_shares(sides, hold_chunk, &job);
+    for (int k = 0; k < sides->share_count; k++) {
+        hold(&job, &sides->shares[k], sides->shares[k].inner, sides->shares[k].count);
     }
 }
 
 double sides_energy(const Sides *sides) {
     double energy = 0.0;
-    for (int k = 0; k < sides->count; k++) {
-        const LongSide *side = &sides->list[k];
-        double bent = min2(side->excess, side->most);
-        energy += side->stiffness * bent * (side->excess - 0.5 * bent);
+    for (int m = 0; m < sides->share_count; m++) {
+        for (int k = 0; k < sides->shares[m].count; k++) {
+            const LongSide *side = &sides->shares[m].list[k];
+            double bent = min2(side->excess, side->most);
+            energy += side->stiffness * bent * (side->excess - 0.5 * bent);
+        }
     }
     return energy;
 }
 
 double sides_work(const Sides *sides, const Lanes *lanes) {
     double work = 0.0;
-    for (int k = 0; k < sides->count; k++) {
-        const LongSide *side = &sides->list[k];
-        work += 0.5 * side->impulse * (side->before + growth(side, lanes));
+    for (int m = 0; m < sides->share_count; m++) {
+        work += work_of(&sides->shares[m], lanes);
     }
     return work;
+}
+
+void sides_forget(Sides *sides) {
+    for (int m = 0; m < sides->share_count; m++) {
+        sides->shares[m].count = sides->shares[m].inner = 0;
+    }
+    sides->count = 0;
 }

@@ -30,31 +30,42 @@ typedef struct LongSide {
     double impulse;     /* [N s] of this kick */
 } LongSide;
 
+/* Those of some rows of cells, which a thread works on by itself: all but the last row of each share has
+ * no node in common with another. Room for one row of cells. */
+typedef struct SidesShare {
+    LongSide
+        *list; /* (count) `inner` of them of rows that are its own, then those of the last row */
+    int count, inner, room;
+    bool full;           /* there are more: the room grows, and its rows are looked at again */
+    double work;         /* [J] that was done on those listed before */
+    int *cells, *longer; /* (nu), (4 nu) columns; 4 column + side */
+    double *buffer;      /* a row */
+} SidesShare;
+
 /* The sides of one cloth. All zero: a cloth without any. */
 typedef struct Sides {
     const SweepLattice *lattice;
     const SweepKernel *kernel;
-    SweepSides seen;      /* by the last kick */
-    int *cells, *longer;  /* (nu), (4 nu) of a row: columns; 4 column + side */
-    double *buffer;       /* a row */
-    LongSide *list;       /* (count) in this kick */
-    InertiaBlocks blocks; /* of nodes that sides_hold changes, on a scaled lattice */
-    int count, room;
+    SweepSides seen;        /* by the last kick */
+    SidesShare *shares;     /* (share_count) */
+    int share_count, count; /* sides of all of them */
+    InertiaBlocks blocks;   /* of nodes that sides_hold changes, on a scaled lattice */
     Arena *arena;
 } Sides;
 
 /* All zero when the sides of the lattice are free. */
 Sides sides_create(const SweepLattice *lattice, Arena *arena);
 
-/* Before a kick: lists the sides of the cells that the last kick saw, or of all; `held` (nu x nv) nodes
- * have no mobility. */
-void sides_find(Sides *sides, const Lanes *lanes, const unsigned char *held, bool all);
+/* Before a kick of `kick_time` [s]: lists the sides of the cells that the last kick saw, or of all, and adds
+ * their forces to lanes->f; 0: none. `held` (nu x nv) nodes have no mobility. Returns sides_work of those
+ * listed before. */
+double sides_find(Sides *sides, const Lanes *lanes, const unsigned char *held, bool all,
+                  double kick_time);
 
 /* [J] stored in the sides of the list. */
 double sides_energy(const Sides *sides);
 
-/* Before a kick of `kick_time` [s]: adds their forces to lanes->f; and takes all forces there back. */
-void sides_push(Sides *sides, const Lanes *lanes, double kick_time);
+/* After the kick: takes all forces there back. */
 void sides_clear(const Sides *sides, const Lanes *lanes);
 
 /* After a kick of `share` dt, before a drift of dt: changes lanes->v, on a scaled lattice by
@@ -64,5 +75,8 @@ void sides_hold(Sides *sides, const Lanes *lanes, double dt, double share, doubl
 /* With the velocities of the drift: the work [J] that was done on the bound, its force times the mean of
  * the velocities before the kick and now (to first order in dt where an interval halves the kick). */
 double sides_work(const Sides *sides, const Lanes *lanes);
+
+/* None is listed any more. */
+void sides_forget(Sides *sides);
 
 #endif
