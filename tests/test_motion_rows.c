@@ -71,7 +71,7 @@ static void check_rows(Rig *r, int blocks) {
     for (int k = 0; k < 3 * COUNT; k++) {
         assert_memory_equal(&v[k], &r->lanes.v[k % 3][r->slot[k / 3]], sizeof *v);
     }
-    motion_bound(&rows, r->lanes.v, motion);
+    motion_bound(&rows, 0, rows.block_count, r->lanes.v, motion);
     for (int k = 0; k < rows.block_count; k++) {
         GroupMotion one = motion_of(r, v, rows.blocks[k].group);
         assert_memory_equal(&motion[rows.blocks[k].group], &one, sizeof one);

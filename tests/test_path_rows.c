@@ -45,7 +45,7 @@ static void make_rows(Rows *r) {
         (PathRows){r->ends, r->path, r->next, r->limit, r->near, r->speed, r->earliest, r->flags};
 }
 
-enum { OUTGROWN, OUTRUN, ADVANCED, QUESTIONS };
+enum { QUESTIONS = ADVANCED + 1 };
 
 static unsigned char one(const Rows *r, const GroupMotion *motion, int i, int question,
                          double *speed, double *next) {

@@ -16,7 +16,7 @@
 
 #define SPINS 6000        /* of a worker before it sleeps: some 0.1 ms, the serial part of a step */
 #define LOOK_LOOPS 512    /* from one look at the clock to the next, some 10 ms */
-#define LEAST_PATIENCE 8  /* looks until the other way is tried again */
+#define LEAST_PATIENCE 16 /* looks until the other way is tried again */
 #define LONGER 4          /* times that when it was no better */
 #define MOST_PATIENCE 128 /* ... at most; two seconds */
 #define BETTER 0.92       /* of the time of the way at hand */
@@ -228,6 +228,57 @@ void parallel_for(int count, int grain, ParallelBody *body, void *context) {
     inside = false;
     team.expected += (uint64_t)(chunk_count - own);
     await_workers();
+}
+
+typedef struct AllJob {
+    const ParallelLoop *loops;
+    struct {
+        int loop, chunk;
+    } order[PARALLEL_MOST_CHUNKS];
+} AllJob;
+
+static void all_chunk(int chunk, int first, int end, void *context) {
+    (void)first, (void)end;
+    const AllJob *job = context;
+    const ParallelLoop *loop = &job->loops[job->order[chunk].loop];
+    run_chunk(loop->body, job->order[chunk].chunk, loop->count, loop->grain, loop->context);
+}
+
+static int chunks_of(const ParallelLoop *loop) {
+    return parallel_chunk_count(loop->count, loop->grain);
+}
+
+/* chunks of all loops by the place of their middle in the loop; returns how many */
+static int order_chunks(AllJob *job, int loop_count, int total) {
+    int done[PARALLEL_MOST_LOOPS] = {0};
+    for (int n = 0; n < total; n++) {
+        int next = 0;
+        for (int k = 1; k < loop_count; k++) {
+            int chunks = chunks_of(&job->loops[k]), other = chunks_of(&job->loops[next]);
+            bool before =
+                done[next] == other || (2 * done[k] + 1) * other < (2 * done[next] + 1) * chunks;
+            next = done[k] < chunks && before ? k : next;
+        }
+        job->order[n].loop = next;
+        job->order[n].chunk = done[next]++;
+    }
+    return total;
+}
+
+void parallel_for_all(const ParallelLoop *loops, int loop_count) {
+    int total = 0;
+    ASSERT(loop_count <= PARALLEL_MOST_LOOPS);
+    for (int k = 0; k < loop_count; k++) {
+        total += chunks_of(&loops[k]);
+    }
+    if (threads == 1 || inside || total > PARALLEL_MOST_CHUNKS) {
+        for (int k = 0; k < loop_count; k++) {
+            parallel_for(loops[k].count, loops[k].grain, loops[k].body, loops[k].context);
+        }
+        return;
+    }
+    AllJob job = {.loops = loops};
+    parallel_for(order_chunks(&job, loop_count, total), 1, all_chunk, &job);
 }
 
 int parallel_close_up(int *list, const int *found, int count, int grain) {

@@ -19,6 +19,19 @@ int parallel_threads(void);
  * worth a thread. */
 void parallel_for(int count, int grain, ParallelBody *body, void *context);
 
+typedef struct ParallelLoop {
+    int count, grain;
+    ParallelBody *body;
+    void *context;
+} ParallelLoop;
+
+#define PARALLEL_MOST_LOOPS 4
+#define PARALLEL_MOST_CHUNKS                                                                       \
+    128 /* of loops that are done together; more are done one loop after another */
+
+/* Loops of which none needs another, started once: what lies alike in them is done by the same thread. */
+void parallel_for_all(const ParallelLoop *loops, int loop_count);
+
 static inline int parallel_chunk_count(int count, int grain) { return (count + grain - 1) / grain; }
 
 /* For chunks that each left found[chunk] numbers in the list from their first item on: closes the gaps.

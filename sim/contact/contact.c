@@ -10,7 +10,6 @@
 #include "sim/contact/impulses.h"
 
 #define TWIN_SPACE 4   /* places of the hash table per contact */
-#define MOVE_GRAIN 100 /* groups a thread takes at once, some 5 to 10 us */
 #define MOST_ROUNDS 12 /* of shortening after searches; more speed needs more than one by rule */
 
 double contact_law(double d, double dhat, double k, double *force, double *curvature) {
@@ -247,50 +246,11 @@ void contact_shorten(Contact *c, int place, double share) {
     c->scale[place] = min2(c->scale[place], share);
 }
 
-/* ---- motion of groups ---- */
-
-static void move_group(Contact *c, int g) {
-    const SurfaceGroup *group = &c->surface.groups[g];
-    const int *vertices = c->surface.group_vertices;
-    Vec3 middle = contact_velocity(c, vertices[(group->vertex_begin + group->vertex_end) / 2]);
-    double most = 0.0;
-    for (int k = group->vertex_begin; k < group->vertex_end; k++) {
-        Vec3 d = vec3_sub(contact_velocity(c, vertices[k]), middle);
-        double square = vec3_dot(d, d);
-        most = square > most ? square : most;
-    }
-    double deviation = sqrt(most);
-    c->motion[g] = (GroupMotion){middle, deviation, vec3_length(middle) + deviation};
-}
-
-static void other_chunk(int chunk, int first, int end, void *context) {
-    (void)chunk;
-    Contact *c = context;
-    for (int k = first; k < end; k++) {
-        move_group(c, c->rows.others[k]);
-    }
-}
-
-/* while velocities are those of the lanes */
-static void move_groups(Contact *c) {
-    motion_bound(&c->rows, c->view.lanes->v, c->motion);
-    parallel_for(c->rows.other_count, MOVE_GRAIN, other_chunk, c);
-}
-
-void contact_move_changed_groups(Contact *c) {
-    for (int k = 0; k < c->changed_count; k++) {
-        int place = c->changed[k];
-        for (int m = c->vertex_group_begin[place]; m < c->vertex_group_begin[place + 1]; m++) {
-            move_group(c, c->vertex_groups[m]);
-        }
-    }
-}
-
 /* ---- one interval ---- */
 
 /* makes all lists for the positions and velocities of now */
 static void make_lists(Contact *c, double dt) {
-    move_groups(c);
+    contact_move_groups(c);
     if (c->pairs_wanted) {
         self_begin(c, dt);
     }
@@ -382,7 +342,9 @@ static void adapt_all(Contact *c, ContactMemory *memory) {
 
 void contact_end(Contact *c, ContactMemory *memory) {
     gather_velocities(c);
-    contact_count_losses(c);
+    ParallelLoop losses = contact_losses_loop(c);
+    parallel_for_all(&losses, 1);
+    contact_sum_losses(c);
     if (!c->impulses) {
         adapt_all(c, memory);
     }
@@ -464,7 +426,7 @@ static void apply_scales(Contact *c) {
 /* the velocities after the kick, and lists that are wide enough for them */
 static void refresh(Contact *c, double dt) {
     gather_velocities(c);
-    move_groups(c);
+    contact_move_groups(c);
     if (c->pairs_wanted) {
         self_refresh(c, dt);
     }
@@ -549,6 +511,24 @@ void contact_repel(Contact *c, double dt) {
     }
 }
 
+/* paths of groups and of pairs of groups lead on by the motion of this step; what it took is counted */
+static void advance_and_count(Contact *c) {
+    int count = 0;
+    ParallelLoop loops[3] = {contact_losses_loop(c)};
+    count++;
+    if (c->def->obstacle_count > 0) {
+        loops[count++] = obstacle_advance_loop(c);
+    }
+    if (c->pairs_wanted) {
+        loops[count++] = self_advance_loop(c);
+    }
+    parallel_for_all(loops, count);
+    if (c->pairs_wanted) {
+        self_advanced(c);
+    }
+    contact_sum_losses(c);
+}
+
 void contact_guard(Contact *c, double dt) {
     if (passes_quietly(c, dt)) {
         obstacle_move(c, dt);
@@ -563,12 +543,8 @@ void contact_guard(Contact *c, double dt) {
     }
     if (c->def->obstacle_count > 0) {
         obstacle_move(c, dt);
-        obstacle_advance(c, dt);
     }
-    if (c->pairs_wanted) {
-        self_advance(c, dt);
-    }
-    contact_count_losses(c);
+    advance_and_count(c);
     write_changed(c);
     c->statistics.seconds += clock_seconds() - start;
 }

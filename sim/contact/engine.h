@@ -3,6 +3,7 @@
 #define TOILE_CONTACT_ENGINE_H
 
 #include "sim/base/error.h"
+#include "sim/base/parallel.h"
 #include "sim/contact/constants.h"
 #include "sim/contact/contact.h"
 #include "sim/contact/motion.h"
@@ -76,13 +77,13 @@ struct Contact {
     int *vertex_group_begin; /* (places.count + 1) */
     int *vertex_groups;      /* groups of every vertex */
     int *wanted;             /* (wanted_count) group pairs to be searched */
-    int wanted_count, wanted_room;
-    int *wanted_counts; /* of chunks of them */
-    int *due_owners;    /* (due_owner_count) group pairs with pairs to be looked at */
-    int *near_counts;   /* (due_owner_count) near pairs of each */
-    int due_owner_count;
+    int wanted_count, wanted_room, due_owner_count;
+    int *wanted_counts;   /* of chunks of them */
+    int *due_owners;      /* (due_owner_count) group pairs with pairs to be looked at */
+    int *near_counts;     /* (due_owner_count) near pairs of each */
+    Question question;    /* the last one, ... */
+    double asked_step;    /* [s] ... for a step of that */
     bool foreseen;        /* paths.next is where the step that was asked about leads */
-    double foreseen_step; /* [s] of that step */
     bool advanced;        /* wanted and the answers are those of the paths of now */
     int *near_pairs;      /* (due_room) those of each from its `begin` on */
     ContactForce *forces; /* (force_room) of the pairs or touches that push, one kind at a time */
@@ -118,10 +119,9 @@ struct Contact {
     double *touch_due;         /* [m] (touch_end) path of the group at which it must be looked at */
     int touch_count, touch_end, touch_room; /* touch_count: of all groups */
     int *due_touches;
-    int due_touch_count;
     int *looked;       /* (touch_room) triangles of each group from its `begin` on */
     int *near_touches; /* (touch_room) likewise */
-    int due_group_count;
+    int due_touch_count, due_group_count;
     Resting resting;                /* groups over flat faces */
     int *spent_groups;              /* (group_count x obstacle_count) that want to be searched */
     int *due_counts, *spent_counts; /* of chunks of groups */
@@ -166,10 +166,12 @@ static inline double contact_inertia(const Contact *c, double stiffness) {
     return stiffness * c->step * c->step / (scaled ? CONTACT_STABLE_SCALED : CONTACT_STABLE_SHARE);
 }
 
-/* c->motion of the groups of the vertices that the guard changed. */
+/* groups.c: c->motion, while velocities are those of the lanes; of what the guard changed. */
+void contact_move_groups(Contact *c);
 void contact_move_changed_groups(Contact *c);
-/* With the velocities at the end of a step in c->v. */
-void contact_count_losses(Contact *c);
+/* With the velocities at the end of a step in c->v: losses of those touched; then their sum. */
+ParallelLoop contact_losses_loop(Contact *c);
+void contact_sum_losses(Contact *c);
 /* Room for so many forces. */
 void contact_make_force_room(Contact *c, int most);
 /* The index that came first with this key since contact_clear_twins, or -1: `index` is the first. */
@@ -195,7 +197,9 @@ void self_impulses(Contact *c, double dt);
 void self_shorten(Contact *c, double dt);
 /* After the velocities were changed: looks for pairs that may now meet. True: shorten again. */
 bool self_check(Contact *c, double dt);
-void self_advance(Contact *c, double dt);
+/* Moves all paths on by this step; after it: what that leads to is known. */
+ParallelLoop self_advance_loop(Contact *c);
+void self_advanced(Contact *c);
 double self_energy(Contact *c, double dt);
 
 /* obstacle_mesh.c: their places; features meet those of the cloth in self.c */

@@ -47,9 +47,12 @@ static void count_chunk(int chunk, int first, int end, void *context) {
     c->losses[chunk] = sum;
 }
 
-void contact_count_losses(Contact *c) {
+ParallelLoop contact_losses_loop(Contact *c) {
+    return (ParallelLoop){c->touched_count, CONTACT_VERTEX_GRAIN, count_chunk, c};
+}
+
+void contact_sum_losses(Contact *c) {
     ContactStatistics *s = &c->statistics;
-    parallel_for(c->touched_count, CONTACT_VERTEX_GRAIN, count_chunk, c);
     for (int k = 0; k < parallel_chunk_count(c->touched_count, CONTACT_VERTEX_GRAIN); k++) {
         s->damping += c->losses[k].damping;
         s->friction += c->losses[k].friction;

@@ -5,8 +5,7 @@
 #include "sim/base/parallel.h"
 
 #define LONGEST_RUN 256 /* vertices: a share of what a thread takes at once */
-#define RUN_GRAIN 26    /* runs, blocks a thread takes at once, some 2 to 5 us */
-#define BLOCK_GRAIN 200
+#define RUN_GRAIN 26    /* runs a thread takes at once, some 2 to 5 us */
 
 MotionRows motion_rows_create(const Surface *surface, int vertex_count, Arena *arena) {
     static const MotionKernel *const kernels[] = {&motion_kernel_scalar, &motion_kernel_sse2,
@@ -95,7 +94,6 @@ typedef struct RowsJob {
     const MotionRows *rows;
     double *const *lanes; /* 3 */
     double *out;
-    GroupMotion *motion;
 } RowsJob;
 
 static void copy_chunk(int chunk, int first, int end, void *context) {
@@ -109,13 +107,7 @@ void motion_copy(const MotionRows *rows, double *const lanes[3], double *out) {
     parallel_for(rows->run_count, RUN_GRAIN, copy_chunk, &job);
 }
 
-static void bound_chunk(int chunk, int first, int end, void *context) {
-    (void)chunk;
-    const RowsJob *job = context;
-    job->rows->kernel->bound(job->rows->blocks + first, end - first, job->lanes, job->motion);
-}
-
-void motion_bound(const MotionRows *rows, double *const v[3], GroupMotion *motion) {
-    RowsJob job = {.rows = rows, .lanes = v, .motion = motion};
-    parallel_for(rows->block_count, BLOCK_GRAIN, bound_chunk, &job);
+void motion_bound(const MotionRows *rows, int first, int end, double *const v[3],
+                  GroupMotion *motion) {
+    rows->kernel->bound(rows->blocks + first, end - first, v, motion);
 }

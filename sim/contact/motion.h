@@ -53,7 +53,8 @@ void motion_rows_set(MotionRows *rows, const Surface *surface, const int *slot, 
 
 /* out: (vertex_count x 3) */
 void motion_copy(const MotionRows *rows, double *const lanes[3], double *out);
-/* Of the groups that are blocks; motion: (group_count). */
-void motion_bound(const MotionRows *rows, double *const v[3], GroupMotion *motion);
+/* Of the groups that are blocks first .. end - 1; motion: (group_count). */
+void motion_bound(const MotionRows *rows, int first, int end, double *const v[3],
+                  GroupMotion *motion);
 
 #endif

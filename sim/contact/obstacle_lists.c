@@ -194,11 +194,6 @@ typedef struct LookJob {
     LookAim aim;
 } LookJob;
 
-typedef struct AdvanceJob {
-    Contact *c;
-    double dt; /* [s] */
-} AdvanceJob;
-
 /* one touch, which is due; into those that are near, when it is */
 static inline void look_at(const LookJob *job, GroupTouch *group, Corners *corners, int t) {
     Contact *c = job->c;
@@ -248,18 +243,16 @@ static void due_chunk(int chunk, int first, int end, void *context) {
 }
 
 static void advance_chunk(int chunk, int first, int end, void *context) {
-    const AdvanceJob *job = context;
+    Contact *c = context;
     for (int i = first; i < end; i++) {
-        GroupTouch *group = &job->c->group_touches[i];
-        group->path += group->speed * job->dt;
+        c->group_touches[i].path += c->group_touches[i].speed * c->step;
     }
-    ask_groups(job->c, chunk, first, end);
+    ask_groups(c, chunk, first, end);
 }
 
-void obstacle_advance(Contact *c, double dt) {
-    AdvanceJob job = {c, dt};
-    parallel_for(contact_owners(c), OWNER_GRAIN, advance_chunk, &job);
+ParallelLoop obstacle_advance_loop(Contact *c) {
     c->touches_asked = true;
+    return (ParallelLoop){contact_owners(c), OWNER_GRAIN, advance_chunk, c};
 }
 
 /* vertices are looked at first, so that triangles find the distances of their corners */

@@ -30,6 +30,10 @@ typedef struct PathRows {
     unsigned char *flags; /* answers */
 } PathRows;
 
+/* A question about all of them: is `near` less than CONTACT_LEAST_NEAR_STEPS; can a step use up
+ * more than CONTACT_PLANE_SHARE of it; where do paths lead, by known speeds; by those asked about. */
+typedef enum Question { OUTGROWN, OUTRUN, ADVANCED, FORESEEN } Question;
+
 /* Can `steps` steps of dt [s] use up more than a share of `near`? */
 typedef struct PathQuestion {
     double steps, share, dt;

@@ -46,16 +46,6 @@ static void make_room(Contact *c) {
     }
 }
 
-/* A question about all group pairs (paths.h): is `near` less than CONTACT_LEAST_NEAR_STEPS; can a step use up
- * more than CONTACT_PLANE_SHARE of it; where do paths lead, by known speeds; by those asked about. */
-typedef enum Question { OUTGROWN, OUTRUN, ADVANCED, FORESEEN } Question;
-
-typedef struct OwnerJob {
-    Contact *c;
-    Question question;
-    double dt;
-} OwnerJob;
-
 /* those of first .. end - 1 with that flag, in order; returns how many */
 static int collect(const unsigned char *flags, int first, int end, unsigned char flag, int *found) {
     int count = 0;
@@ -70,44 +60,63 @@ static int collect(const unsigned char *flags, int first, int end, unsigned char
 }
 
 static void ask_chunk(int chunk, int first, int end, void *context) {
-    const OwnerJob *job = context;
-    Contact *c = job->c;
+    Contact *c = context;
     const PathRows *paths = &c->lists.paths;
     const PathKernel *kernel = c->lists.path_kernel;
     unsigned char wanted = PATH_SPENT;
-    if (job->question == OUTGROWN || job->question == OUTRUN) {
-        bool outgrown = job->question == OUTGROWN;
+    if (c->question == OUTGROWN || c->question == OUTRUN) {
+        bool outgrown = c->question == OUTGROWN;
         PathQuestion question = {.steps = outgrown ? CONTACT_LEAST_NEAR_STEPS : 1.0,
                                  .share = outgrown ? 1.0 : CONTACT_PLANE_SHARE,
-                                 .dt = job->dt};
+                                 .dt = c->asked_step};
         kernel->ask(paths, c->motion, &question, first, end);
         wanted = PATH_WANTED;
-    } else if (job->question == ADVANCED) {
-        kernel->advance(paths, first, end, job->dt);
+    } else if (c->question == ADVANCED) {
+        kernel->advance(paths, first, end, c->asked_step);
     }
     c->wanted_counts[chunk] = collect(paths->flags, first, end, wanted, c->wanted + first);
 }
 
+static ParallelLoop ask_loop(Contact *c, Question question, double dt) {
+    c->question = question;
+    c->asked_step = dt;
+    return (ParallelLoop){c->lists.group_pair_count, OWNER_GRAIN, ask_chunk, c};
+}
+
 /* c->wanted: those of which the answer is yes */
-static void ask_all(Contact *c, Question question, double dt) {
-    OwnerJob job = {c, question, dt};
+static void take_answers(Contact *c) {
     int all = c->lists.group_pair_count;
-    parallel_for(all, OWNER_GRAIN, ask_chunk, &job);
     c->wanted_count = parallel_close_up(c->wanted, c->wanted_counts, all, OWNER_GRAIN);
-    c->foreseen = question == OUTGROWN || question == OUTRUN;
-    c->foreseen_step = dt;
+    c->foreseen = c->question == OUTGROWN || c->question == OUTRUN;
     c->advanced = false;
+}
+
+static void ask_all(Contact *c, Question question, double dt) {
+    ParallelLoop loop = ask_loop(c, question, dt);
+    parallel_for_all(&loop, 1);
+    take_answers(c);
 }
 
 /* Moves all paths on by a step of dt (0: none), and finds which group pairs spent theirs (c->wanted) and
  * which have pairs to be looked at: mostly the last question foresaw it. */
-static void advance(Contact *c, double dt) {
+static ParallelLoop advance_loop(Contact *c, double dt) {
+    bool foreseen = c->foreseen && c->asked_step == dt;
+    return ask_loop(c, foreseen ? FORESEEN : ADVANCED, dt);
+}
+
+static void take_paths(Contact *c) {
     PathRows *paths = &c->lists.paths;
-    ask_all(c, c->foreseen && c->foreseen_step == dt ? FORESEEN : ADVANCED, dt);
+    take_answers(c);
     double *before = paths->path;
     paths->path = paths->next;
     paths->next = before;
     c->advanced = true;
+}
+
+static void advance(Contact *c, double dt) {
+    ParallelLoop loop = advance_loop(c, dt);
+    parallel_for_all(&loop, 1);
+    take_paths(c);
 }
 
 /* the pairs of one group pair that are due by its path and may be near: into the batch */
@@ -502,7 +511,9 @@ bool self_check(Contact *c, double dt) {
     return again;
 }
 
-void self_advance(Contact *c, double dt) {
+ParallelLoop self_advance_loop(Contact *c) {
     c->lists.spent += c->level_step;
-    advance(c, dt);
+    return advance_loop(c, c->step);
 }
+
+void self_advanced(Contact *c) { take_paths(c); }

@@ -6,6 +6,7 @@
 #include <stdbool.h>
 
 #include "sim/base/arena.h"
+#include "sim/base/parallel.h"
 #include "sim/base/vec.h"
 #include "sim/contact/contact.h"
 
@@ -110,7 +111,7 @@ void obstacle_forces(Contact *c, double dt, double share);
 void obstacle_refresh(Contact *c, double dt);
 void obstacle_impulses(Contact *c, double dt);
 void obstacle_shorten(Contact *c, double dt);
-void obstacle_advance(Contact *c, double dt);
+ParallelLoop obstacle_advance_loop(Contact *c); /* moves all paths on by this step */
 bool obstacle_check(Contact *c, double dt);
 double obstacle_energy(Contact *c, double dt);
 
