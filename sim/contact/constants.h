@@ -53,14 +53,17 @@
 #define CONTACT_QUIET_SHORT_STEPS 20.0 /* ... at least */
 /* of what the last proof gave: what cannot be had is not looked for */
 #define CONTACT_QUIET_LONGER 1.3
-#define CONTACT_QUIET_LEAST_STEPS 6.0 /* that it must hold, or the lists are made */
+#define CONTACT_QUIET_LEAST_STEPS 3.0 /* that it must hold, or the lists are made */
 #define CONTACT_QUIET_FOLD_STEPS 30.0 /* less is worth a look at single rows of cells */
 #define CONTACT_QUIET_COST 20.0       /* of a proof, in looks at the spread of neighbours */
-#define CONTACT_QUIET_RETRY 64.0      /* steps until the next try */
-#define CONTACT_VERTEX_GRAIN 256      /* vertices that a thread takes at once, likewise */
-#define CONTACT_FORCE_GRAIN 32        /* contacts whose forces a thread finds at once, some 1 us */
-#define CONTACT_FORCE_BLOCK 32        /* likewise of one thread alone: added while in its cache */
-#define CONTACT_GROUP_REACH 0.4       /* of the size of a group: how far neighbours are listed */
+#define CONTACT_QUIET_SHARE 0.6       /* of the room of flat cloth is enough */
+/* steps that speeds alone could use up the room of neighbours in: where less, rows get frames */
+#define CONTACT_QUIET_CLOSE_STEPS 16.0
+#define CONTACT_QUIET_RETRY 20.0 /* steps until the next try */
+#define CONTACT_VERTEX_GRAIN 256 /* vertices that a thread takes at once, likewise */
+#define CONTACT_FORCE_GRAIN 32   /* contacts whose forces a thread finds at once, some 1 us */
+#define CONTACT_FORCE_BLOCK 32   /* likewise of one thread alone: added while in its cache */
+#define CONTACT_GROUP_REACH 0.4  /* of the size of a group: how far neighbours are listed */
 
 /* ---- implicit road (contact.md 1, 12) ---- */
 

@@ -250,6 +250,8 @@ void contact_shorten(Contact *c, int place, double share) {
 
 /* makes all lists for the positions and velocities of now */
 static void make_lists(Contact *c, double dt) {
+    contact_gather(c);
+    gather_velocities(c);
     contact_move_groups(c);
     if (c->pairs_wanted) {
         self_begin(c, dt);
@@ -297,14 +299,14 @@ void contact_begin(Contact *c, ContactView view, const ContactMemory *memory, do
     c->touch_memory_count = touches;
     lists_clear(&c->lists, memory->pairs + touches, memory->pair_count - touches);
     memcpy(c->held, view.held, (size_t)c->def->vertex_count);
-    contact_gather(c);
-    gather_velocities(c);
     mesh_begin(c);
+    double steps = c->step_count;
     c->step_count = 0.0;
     c->at_cloth = (Stiffness){max2(memory->stiffness, CONTACT_SELF_STIFFNESS), 0.0, INFINITY};
     double share = max2(memory->solid_stiffness, CONTACT_STIFFNESS) * view.stiffer;
     c->at_solids = (Stiffness){share, 0.0, INFINITY};
-    if (!become_quiet(c, dt)) {
+    bool nothing_kept = memory->pair_count == 0;
+    if (!(nothing_kept && quiet_continues(c, steps)) && !become_quiet(c, dt)) {
         make_lists(c, dt);
     }
 }
@@ -341,10 +343,12 @@ static void adapt_all(Contact *c, ContactMemory *memory) {
 }
 
 void contact_end(Contact *c, ContactMemory *memory) {
-    gather_velocities(c);
-    ParallelLoop losses = contact_losses_loop(c);
-    parallel_for_all(&losses, 1);
-    contact_sum_losses(c);
+    if (c->touched_count > 0) { /* by the last kick */
+        gather_velocities(c);
+        ParallelLoop losses = contact_losses_loop(c);
+        parallel_for_all(&losses, 1);
+        contact_sum_losses(c);
+    }
     if (!c->impulses) {
         adapt_all(c, memory);
     }
@@ -495,8 +499,6 @@ static bool passes_quietly(Contact *c, double dt) {
         return true;
     }
     c->quiet.holds = false;
-    contact_gather(c);
-    gather_velocities(c);
     make_lists(c, dt);
     return false;
 }
@@ -549,8 +551,10 @@ void contact_guard(Contact *c, double dt) {
     c->statistics.seconds += clock_seconds() - start;
 }
 
-void contact_drifted(Contact *c, double fastest, double dt) {
-    if (c->quiet.holds && !quiet_spend(c, fastest, dt)) {
+bool contact_asks_relative(const Contact *c) { return c->quiet.holds && c->quiet.close; }
+
+void contact_drifted(Contact *c, double fastest, double relative, double dt) {
+    if (c->quiet.holds && !quiet_spend(c, fastest, relative, dt)) {
         c->statistics.rejected = true;
     }
 }

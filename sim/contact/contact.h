@@ -68,6 +68,7 @@ typedef struct ContactView {
      * longer and bear it */
     double stiffer;
     ContactMotion motion;
+    bool continues; /* are the positions those that the last interval ended with? */
 } ContactView;
 
 typedef struct ContactStatistics {
@@ -138,9 +139,12 @@ void contact_repel(Contact *contact, double dt);
 /* Changes velocities so that nothing crosses in x += dt v, and moves the obstacles as far as the
  * cloth lets them. */
 void contact_guard(Contact *contact, double dt);
-/* After the drift, in which no vertex was faster than `fastest` [m/s]. Sets statistics.rejected when that
- * was too fast for what was known before it. */
-void contact_drifted(Contact *contact, double fastest, double dt);
+/* Is a close bound of how fast neighbours move in this step worth its time? */
+bool contact_asks_relative(const Contact *contact);
+/* After the drift, in which no vertex was faster than `fastest` [m/s] and no two nodes next to each other on
+ * a lattice moved faster than `relative` [m/s] against each other. Sets statistics.rejected when that was
+ * too fast for what was known before it. */
+void contact_drifted(Contact *contact, double fastest, double relative, double dt);
 /* Writes what the next interval needs. */
 void contact_end(Contact *contact, ContactMemory *memory);
 

@@ -5,6 +5,7 @@
 #include "sim/contact/engine.h"
 
 #define QUIET_FASTER 2.0 /* than in the last step: more makes the interval be done again */
+#define QUIET_FRAMED 3.0 /* times faster than nodes are: no bound by frames is more */
 #define FOLD_STRIPS 3    /* that are proven by slopes together, of those of two blocks */
 #define BRIDGE 4         /* blocks along a side of a rectangle that may prove its ends apart */
 
@@ -324,30 +325,49 @@ static double fastest_obstacle(const Contact *c) {
     return most;
 }
 
+/* [m] room of neighbours that is worth looking for: a share of what flat cloth has */
+static double near_enough(const Contact *c) {
+    double room = INFINITY;
+    for (int p = 0; p < c->def->panel_count; p++) {
+        const QuietPanel *panel = &c->quiet.panels[p];
+        if (quiet_is_lattice(&c->surface, p)) {
+            room = min2(room, CONTACT_QUIET_SHARE * panel->motion * (1.0 - panel->least));
+        }
+    }
+    return room;
+}
+
 /* [steps] that a proof should hold: somewhat more than the last one of this interval could */
-static double aim(const Contact *c) {
+static double aim(const Contact *c, double near_motion) {
     double more = c->step_count > 0.0 ? CONTACT_QUIET_LONGER * c->quiet.lasting : INFINITY;
-    return max2(CONTACT_QUIET_SHORT_STEPS, min2(CONTACT_QUIET_STEPS, more));
+    double steps = max2(CONTACT_QUIET_SHORT_STEPS, min2(CONTACT_QUIET_STEPS, more));
+    return min2(steps, near_enough(c) / near_motion);
 }
 
 bool quiet_prove(Contact *c, double dt) {
     Quiet *quiet = &c->quiet;
     const ContactMotion *motion = &c->view.motion;
-    quiet->fastest = motion->fastest(motion->owner);
+    double steps = c->step_count - quiet->proven, near = quiet->spread / steps;
+    if (!(quiet->holds && steps > 0.0 && near > 0.0)) {
+        quiet->fastest = motion->fastest(motion->owner);
+        quiet->relative = motion->relative(motion->owner);
+        near = dt * quiet->relative;
+    }
     Proof proof = {.c = c,
                    .view = {&c->surface, c->view.lanes, c->view.slot, c->def->vertex_count, c->x,
                             quiet->kernel},
-                   .near_motion = dt * motion->relative(motion->owner),
+                   .near_motion = near,
                    .far_motion = dt * (2.0 * quiet->fastest + fastest_obstacle(c)),
                    .near_room = INFINITY,
                    .far_room = INFINITY,
-                   .steps = aim(c)};
+                   .steps = aim(c, near)};
     for (int p = 0; p < c->surface.panel_count; p++) {
         quiet_blocks_fit(&proof.view, &quiet->panels[p], p);
     }
     prove_all(&proof);
     quiet->holds = !proof.fails;
     quiet->near_path = quiet->far_path = quiet->spread = 0.0;
+    quiet->close = false;
     quiet->near_room = proof.near_room, quiet->far_room = proof.far_room;
     quiet->lasting = proof.steps;
     quiet->proven = c->step_count;
@@ -357,6 +377,18 @@ bool quiet_prove(Contact *c, double dt) {
         motion->mark(motion->owner);
     }
     return quiet->holds;
+}
+
+bool quiet_continues(Contact *c, double steps) {
+    Quiet *quiet = &c->quiet;
+    const ContactMotion *motion = &c->view.motion;
+    if (!quiet->holds || !c->view.continues || c->def->obstacle_count > 0) {
+        return false;
+    }
+    quiet->fastest = motion->fastest(motion->owner); /* velocities may be others */
+    quiet->relative = 2.0 * quiet->fastest;
+    quiet->proven -= steps;
+    return true;
 }
 
 /* Is there room for neighbours in a step in which they move by at most `step` [m] against each other, or by
@@ -386,9 +418,14 @@ static bool near_has_room(Quiet *quiet, const ContactMotion *motion, double step
 bool quiet_has_room(Contact *c, double dt) {
     Quiet *quiet = &c->quiet;
     const ContactMotion *motion = &c->view.motion;
-    double step = QUIET_FASTER * 2.0 * dt * quiet->fastest, own = dt * fastest_obstacle(c);
+    bool was_close = quiet->close;
+    quiet->close =
+        was_close || quiet->near_room < CONTACT_QUIET_CLOSE_STEPS * dt * 2.0 * quiet->fastest;
+    double most = quiet->close && !was_close ? QUIET_FRAMED * QUIET_FASTER : QUIET_FASTER;
+    double fast = most * dt * 2.0 * quiet->fastest, own = dt * fastest_obstacle(c);
+    double step = most * dt * quiet->relative;
     quiet->near_step = quiet->far_step = INFINITY;
-    if (quiet->far_path + step + own >= quiet->far_room) {
+    if (quiet->far_path + fast + own >= quiet->far_room) {
         quiet->far_step = 2.0 * dt * motion->fastest(motion->owner);
         if (quiet->far_path + quiet->far_step + own >= quiet->far_room) {
             return false;
@@ -398,11 +435,11 @@ bool quiet_has_room(Contact *c, double dt) {
            near_has_room(quiet, motion, c->step_count - quiet->proven, step, dt);
 }
 
-bool quiet_spend(Contact *c, double fastest, double dt) {
+bool quiet_spend(Contact *c, double fastest, double relative, double dt) {
     Quiet *quiet = &c->quiet;
-    double step = 2.0 * dt * fastest;
     quiet->fastest = fastest;
-    quiet->near_path += min2(step, quiet->near_step);
-    quiet->far_path += min2(step, quiet->far_step) + dt * fastest_obstacle(c);
+    quiet->relative = min2(relative, 2.0 * fastest);
+    quiet->near_path += min2(dt * quiet->relative, quiet->near_step);
+    quiet->far_path += min2(dt * 2.0 * fastest, quiet->far_step) + dt * fastest_obstacle(c);
     return quiet->near_path < quiet->near_room && quiet->far_path < quiet->far_room;
 }

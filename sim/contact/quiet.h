@@ -12,10 +12,12 @@
  *   other, also by the slopes of all blocks in the rectangle between them;
  * - a block and a solid by the ball around its box.
  * So the proof holds while two paths stay below their rooms: the spread of neighbours since then,
- * and the sum of the fastest motions. The spread is bounded by the fastest motions since it was
- * looked at last, and where these are too much by the fastest relative motion of neighbours: after the
- * kick the velocities of a step are known. Motions are straight and the spread of a pair is convex along
- * them: what holds at both ends of a step holds in it. */
+ * and the sum of the fastest motions. The spread is bounded by the sum, since it was looked at last, of how
+ * fast neighbours were at most in each step: the drift says so, by the speeds of all nodes or, closer, by
+ * those in the frame of each row (sweep.h). Where that is too much it is bounded by the fastest relative
+ * motion of neighbours: after the kick the velocities of a step are known. Motions are straight and the
+ * spread of a pair is convex along them: what holds at both ends of a step holds in it. A proof is about
+ * positions, so it goes on in the next interval where these are the same. */
 #ifndef TOILE_CONTACT_QUIET_H
 #define TOILE_CONTACT_QUIET_H
 
@@ -30,11 +32,12 @@ typedef struct Quiet {
     double far_room, far_path;   /* [m] of two bodies towards each other */
     double spread;               /* [m] of neighbours as looked at last */
     double near_step, far_step;  /* [m] of the step that follows, if looked at; else infinite */
-    double fastest;              /* [m/s] vertex in the last step */
-    double lasting;              /* [steps] of the last proof, as far as was known */
-    double proven;               /* step of the interval before which it was proven */
-    double cost;                 /* [looks] of the proof, and of looking since then */
-    double retry;                /* step of the interval from which on to try again */
+    double fastest, relative;    /* [m/s] vertex, neighbours against each other in the last step */
+    bool close; /* is a close bound of `relative` wanted? Until the proof ends: without it leaps */
+    double lasting; /* [steps] of the last proof, as far as was known */
+    double proven;  /* step of the interval before which it was proven */
+    double cost;    /* [looks] of the proof, and of looking since then */
+    double retry;   /* step of the interval from which on to try again */
 } Quiet;
 
 Quiet quiet_create(const Surface *surface, Arena *arena);
@@ -43,12 +46,16 @@ Quiet quiet_create(const Surface *surface, Arena *arena);
  * in the lanes. */
 bool quiet_prove(Contact *contact, double dt);
 
+/* Does the proof of the last interval hold on, with positions unchanged and no obstacles? The steps of this
+ * interval count from 0; the last one had `steps`. */
+bool quiet_continues(Contact *contact, double steps);
+
 /* Does the proof hold for the step of dt that follows, if nothing becomes twice as fast in it? To be asked
  * when its velocities are known. */
 bool quiet_has_room(Contact *contact, double dt);
 
-/* Takes a step of dt out of the rooms, in which no vertex was faster than `fastest` [m/s]; false: it
- * was too long. */
-bool quiet_spend(Contact *contact, double fastest, double dt);
+/* Takes a step of dt out of the rooms, in which no vertex was faster than `fastest` [m/s] and no neighbours
+ * than `relative` against each other; false: it was too long. */
+bool quiet_spend(Contact *contact, double fastest, double relative, double dt);
 
 #endif

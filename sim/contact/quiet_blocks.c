@@ -89,12 +89,20 @@ static void batch_add(Batch *batch, const int first[2], const int cells[2], Quie
     int at = batch->count++;
     batch->blocks[at] = block;
     rows->cells[0][at] = cells[0], rows->cells[1][at] = cells[1];
+    double *const *x = view->lanes->x; /* a lattice is cloth */
+    int column[SLOPE_NODES];
+    for (int k = 0; k < SLOPE_NODES; k++) {
+        int i = first[0] + (k < cells[0] ? k : cells[0]);
+        column[k] = i < panel->nu ? i : i - panel->nu;
+    }
     for (int m = 0; m < SLOPE_NODES; m++) {
-        int row = panel->first + (first[1] + (m < cells[1] ? m : cells[1])) * panel->nu;
+        int row = first[1] + (m < cells[1] ? m : cells[1]);
+        const int *slot = view->slot + panel->first + row * panel->nu;
         for (int k = 0; k < SLOPE_NODES; k++) {
-            int i = first[0] + (k < cells[0] ? k : cells[0]);
-            Vec3 x = place_now(view, row + (i < panel->nu ? i : i - panel->nu));
-            rows->x[m][k][0][at] = x.x, rows->x[m][k][1][at] = x.y, rows->x[m][k][2][at] = x.z;
+            int s = slot[column[k]];
+            rows->x[m][k][0][at] = x[0][s];
+            rows->x[m][k][1][at] = x[1][s];
+            rows->x[m][k][2][at] = x[2][s];
         }
     }
     if (batch->count == SLOPE_BATCH) {

@@ -54,7 +54,15 @@ typedef struct SweepKick {
 typedef struct SweepDrift {
     double dt;              /* [s] */
     double bent, stretched; /* [s] by which lanes->bent, lanes->stretched are ahead of the new x */
+    bool frames;            /* every row in its own frame? */
 } SweepDrift;
+
+/* How fast nodes are: every row in a frame that moves with the mean of two of its nodes, or stands. */
+typedef struct SweepSpeed {
+    double within; /* [m2/s2] largest square in those frames */
+    double frame;  /* [m2/s2] of a frame */
+    double shear;  /* [m2/s2] of a frame against that of the next row */
+} SweepSpeed;
 
 /* Row buffers for one thread; (SWEEP_BUFFER_ROWS x stride). */
 #define SWEEP_BUFFER_ROWS 64
@@ -64,19 +72,13 @@ typedef struct SweepKernel {
     /* Kicks the nodes of rows row_begin .. row_end - 1. Reads x everywhere, writes only v. */
     void (*kick)(const SweepLattice *lattice, const Lanes *lanes, const SweepKick *kick,
                  int row_begin, int row_end, double *buffer);
-    /* x += dt v for those rows, and where bending and stretch are taken; returns the largest v.v
-     * [m2/s2]. */
-    double (*drift)(const SweepLattice *lattice, const Lanes *lanes, const SweepDrift *drift,
-                    int row_begin, int row_end);
+    /* x += dt v for those rows, and where bending and stretch are taken. The last row is compared with
+     * the one that follows. */
+    SweepSpeed (*drift)(const SweepLattice *lattice, const Lanes *lanes, const SweepDrift *drift,
+                        int row_begin, int row_end);
     /* Marks the cells that a kick would. */
     void (*mark)(const SweepLattice *lattice, const Lanes *lanes, const SweepSides *sides,
                  int row_begin, int row_end, double *buffer);
-    /* Largest v.v of those rows [m2/s2]. */
-    double (*fastest)(const SweepLattice *lattice, const Lanes *lanes, int row_begin, int row_end);
-    /* Largest square of the difference of x - from, or of x alone, at two nodes next to each other:
-     * those rows, and up to the row that follows. */
-    double (*spread)(const SweepLattice *lattice, double *const x[3], double *const from[3],
-                     int row_begin, int row_end);
 } SweepKernel;
 
 /* All variants that this program holds, NULL-terminated; the scalar one first. */

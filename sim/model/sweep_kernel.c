@@ -58,6 +58,11 @@ static void fill_zero(double *const row[3], int begin, int end) {
 /* Loops that write buffers alone run on into the free slots after a row, to whole vectors of the
  * widest kind: the tail costs more than the work in vain. Nothing is read from there. */
 #define WHOLE_VECTORS 8
+/* A row moves with its nodes at 1/7 and 6/7: where it is bent to a parabola, no node is much faster
+ * against these than against the best frame. */
+#define FRAME_NODES 7
+/* a loop for each use, with its flags known; out of line it does not vectorise */
+#define ONE_LOOP static inline __attribute__((always_inline))
 static int whole(int count) { return (count + WHOLE_VECTORS - 1) & -WHOLE_VECTORS; }
 
 /* cells between node rows j and j + 1 */
@@ -461,134 +466,57 @@ static void lead_row(const SweepLattice *l, const Lanes *lanes, double ahead, do
     }
 }
 
-static double drift_rows(const SweepLattice *l, const Lanes *lanes, const SweepDrift *drift,
-                         int row_begin, int row_end) {
-    double fastest = 0.0, dt = drift->dt;
-    for (int j = row_begin; j < row_end; j++) {
-        size_t at = (size_t)l->first + (size_t)j * (size_t)l->stride;
-        double *restrict x = lanes->x[0] + at, *restrict y = lanes->x[1] + at;
-        double *restrict z = lanes->x[2] + at;
-        const double *restrict vx = lanes->v[0] + at, *restrict vy = lanes->v[1] + at;
-        const double *restrict vz = lanes->v[2] + at;
+/* mean velocity of two nodes */
+static inline Vec3 frame_of(double *const v[3], size_t a, size_t b) {
+    return vec3(0.5 * (v[0][a] + v[0][b]), 0.5 * (v[1][a] + v[1][b]), 0.5 * (v[2][a] + v[2][b]));
+}
+
+/* x += dt v; returns the largest square of v - frame, or of v */
+ONE_LOOP double drift_row(const Lanes *lanes, size_t at, int count, double dt, bool framed,
+                          Vec3 frame) {
+    double *restrict x = lanes->x[0] + at, *restrict y = lanes->x[1] + at;
+    double *restrict z = lanes->x[2] + at;
+    const double *restrict vx = lanes->v[0] + at, *restrict vy = lanes->v[1] + at;
+    const double *restrict vz = lanes->v[2] + at;
+    double fastest = 0.0;
 #ifdef VECTOR_SIMD
 #pragma omp simd reduction(max : fastest)
 #endif
-        for (int i = 0; i < l->nu; i++) {
-            x[i] += dt * vx[i], y[i] += dt * vy[i], z[i] += dt * vz[i];
-            double square = vx[i] * vx[i] + vy[i] * vy[i] + vz[i] * vz[i];
-            fastest = square > fastest ? square : fastest;
-        }
-        lead_row(l, lanes, drift->bent, lanes->bent, at);
-        lead_row(l, lanes, drift->stretched, lanes->stretched, at);
+    for (int i = 0; i < count; i++) {
+        x[i] += dt * vx[i], y[i] += dt * vy[i], z[i] += dt * vz[i];
+        double a = framed ? vx[i] - frame.x : vx[i], b = framed ? vy[i] - frame.y : vy[i];
+        double c = framed ? vz[i] - frame.z : vz[i], square = a * a + b * b + c * c;
+        fastest = square > fastest ? square : fastest;
     }
     return fastest;
 }
 
-/* ---- largest values. Their order does not matter: a row ends with a whole vector that begins
- * within the one before ---- */
-
-typedef struct Most {
-    double lane[WHOLE_VECTORS];
-} Most;
-
-static double most_of(const Most *most) {
-    double all = 0.0;
-    for (int k = 0; k < WHOLE_VECTORS; k++) {
-        all = most->lane[k] > all ? most->lane[k] : all;
-    }
-    return all;
-}
-
-static inline void keep_larger(Most *most, int k, double x, double y, double z) {
-    double square = x * x + y * y + z * z;
-    most->lane[k] = square > most->lane[k] ? square : most->lane[k];
-}
-
-static inline void most_speed(const Lanes *lanes, size_t at, int width, Most *most) {
-    const double *restrict x = lanes->v[0] + at, *restrict y = lanes->v[1] + at;
-    const double *restrict z = lanes->v[2] + at;
-    VECTOR_LOOP
-    for (int k = 0; k < width; k++) {
-        keep_larger(most, k, x[k], y[k], z[k]);
-    }
-}
-
-/* of x, each against that `next` slots later */
-static inline void most_difference(double *const x[3], size_t at, size_t next, int width,
-                                   Most *most) {
-    const double *restrict p = x[0] + at, *restrict q = x[1] + at, *restrict r = x[2] + at;
-    VECTOR_LOOP
-    for (int k = 0; k < width; k++) {
-        size_t n = (size_t)k + next;
-        keep_larger(most, k, p[n] - p[k], q[n] - q[k], r[n] - r[k]);
-    }
-}
-
-/* of x - from, likewise */
-static inline void most_spread(double *const x[3], double *const from[3], size_t at, size_t next,
-                               int width, Most *most) {
-    const double *restrict p = x[0] + at, *restrict q = x[1] + at, *restrict r = x[2] + at;
-    const double *restrict u = from[0] + at, *restrict v = from[1] + at, *restrict w = from[2] + at;
-    VECTOR_LOOP
-    for (int k = 0; k < width; k++) {
-        size_t n = (size_t)k + next;
-        keep_larger(most, k, (p[n] - p[k]) - (u[n] - u[k]), (q[n] - q[k]) - (v[n] - v[k]),
-                    (r[n] - r[k]) - (w[n] - w[k]));
-    }
-}
-
-/* where the vector of a row begins whose nodes from i on are not done */
-static int vector_start(int i, int count) {
-    return i + WHOLE_VECTORS <= count ? i : count - WHOLE_VECTORS;
-}
-
-static double fastest_of_rows(const SweepLattice *l, const Lanes *lanes, int row_begin,
-                              int row_end) {
-    Most most = {{0.0}};
-    for (int j = row_begin; j < row_end; j++) {
-        size_t at = (size_t)l->first + (size_t)j * (size_t)l->stride;
-        if (l->nu < WHOLE_VECTORS) {
-            most_speed(lanes, at, l->nu, &most);
-            continue;
-        }
-        for (int i = 0; i < l->nu; i += WHOLE_VECTORS) {
-            most_speed(lanes, at + (size_t)vector_start(i, l->nu), WHOLE_VECTORS, &most);
-        }
-    }
-    return most_of(&most);
-}
-
-static void spread_row(double *const x[3], double *const from[3], size_t at, size_t next, int count,
-                       Most *most) {
-    bool whole = count >= WHOLE_VECTORS;
-    for (int i = 0; i < count; i += WHOLE_VECTORS) {
-        size_t begin = at + (size_t)(whole ? vector_start(i, count) : 0);
-        if (whole && from) {
-            most_spread(x, from, begin, next, WHOLE_VECTORS, most);
-        } else if (whole) {
-            most_difference(x, begin, next, WHOLE_VECTORS, most);
-        } else if (from) {
-            most_spread(x, from, begin, next, count, most);
-        } else {
-            most_difference(x, begin, next, count, most);
-        }
-    }
-}
-
-/* a wrapped row has its first node once more behind the last one */
-static double spread_of_rows(const SweepLattice *l, double *const x[3], double *const from[3],
+static SweepSpeed drift_rows(const SweepLattice *l, const Lanes *lanes, const SweepDrift *drift,
                              int row_begin, int row_end) {
-    Most most = {{0.0}};
+    SweepSpeed speed = {0.0, 0.0, 0.0};
+    size_t stride = (size_t)l->stride, first = (size_t)l->first + (size_t)row_begin * stride;
+    size_t left = (size_t)(l->nu / FRAME_NODES), right = (size_t)(l->nu - 1) - left;
+    Vec3 frame = vec3(0, 0, 0), next = frame_of(lanes->v, first + left, first + right);
     for (int j = row_begin; j < row_end; j++) {
-        size_t at = (size_t)l->first + (size_t)j * (size_t)l->stride;
-        spread_row(x, from, at, 1, l->wrap ? l->nu : l->nu - 1, &most);
-        if (j + 1 < l->nv) {
-            spread_row(x, from, at, (size_t)l->stride, l->nu, &most);
+        size_t at = (size_t)l->first + (size_t)j * stride;
+        if (!drift->frames) {
+            speed.within = max2(drift_row(lanes, at, l->nu, drift->dt, false, frame), speed.within);
+        } else {
+            frame = next;
+            if (j + 1 < l->nv) {
+                next = frame_of(lanes->v, at + stride + left, at + stride + right);
+            }
+            Vec3 shear = vec3_sub(next, frame);
+            speed.shear = max2(vec3_dot(shear, shear), speed.shear);
+            speed.frame = max2(vec3_dot(frame, frame), speed.frame);
+            speed.within = max2(drift_row(lanes, at, l->nu, drift->dt, true, frame), speed.within);
         }
+        lead_row(l, lanes, drift->bent, lanes->bent, at);
+        lead_row(l, lanes, drift->stretched, lanes->stretched, at);
     }
-    return most_of(&most);
+    return speed;
 }
 
 extern const SweepKernel VECTOR_JOIN(sweep_kernel_, VECTOR_VARIANT);
-const SweepKernel VECTOR_JOIN(sweep_kernel_, VECTOR_VARIANT) = {
-    VECTOR_TEXT(VECTOR_VARIANT), kick_rows, drift_rows, mark_rows, fastest_of_rows, spread_of_rows};
+const SweepKernel VECTOR_JOIN(sweep_kernel_, VECTOR_VARIANT) = {VECTOR_TEXT(VECTOR_VARIANT),
+                                                                kick_rows, drift_rows, mark_rows};

@@ -9,6 +9,7 @@
 #include "sim/step/damping.h"
 #include "sim/step/impulse.h"
 #include "sim/step/lead.h"
+#include "sim/step/looks.h"
 #include "sim/step/steer.h"
 #include "sim/step/stepper.h"
 
@@ -26,15 +27,15 @@ struct Explicit {
     SweepLattice *lattices; /* (cloth_count) with first slots; nu = 0: no sweep */
     double *buffers;        /* row buffers, one set a chunk */
     size_t buffer_size;     /* [double] of one chunk */
-    double *chunk_speed;    /* [m2/s2] */
-    size_t chunks;          /* most of one cloth */
-    int *grain;             /* (cloth_count) rows of a chunk */
-    double *x, *gradient;   /* (place_count x 3) for cloths without a sweep */
-    double *ahead[2];       /* [m] (place_count x 3) likewise: bent, stretched */
-    Steer steer;            /* what handles hold */
+    SweepSpeed *chunk_speed;
+    size_t chunks;        /* most of one cloth */
+    int *grain;           /* (cloth_count) rows of a chunk */
+    double *x, *gradient; /* (place_count x 3) for cloths without a sweep */
+    double *ahead[2];     /* [m] (place_count x 3) likewise: bent, stretched */
+    Steer steer;          /* what handles hold */
     Bounds bounds;
-    double *marked[3]; /* [m] (slot_count) positions from which spreads count */
-    Contact *contact;  /* NULL: nothing can touch */
+    Contact *contact; /* NULL: nothing can touch */
+    Looks looks;      /* that it asks for */
     Lead bending, membrane;
     Damping damping; /* the book of it */
     double damped;   /* [J] of this interval: by mass damping, of cloths without a sweep */
@@ -95,7 +96,7 @@ static void place_all(Explicit *e) {
     e->lanes = lanes_create(slots, system->arena);
     e->buffer_size = SWEEP_BUFFER_ROWS * widest + LANE_MARGIN;
     e->buffers = arena_push(system->arena, double, e->buffer_size *chunks);
-    e->chunk_speed = arena_push(system->arena, double, DRIFT_PARTS *chunks);
+    e->chunk_speed = arena_push(system->arena, SweepSpeed, DRIFT_PARTS * chunks);
     e->chunks = chunks;
 }
 
@@ -112,9 +113,7 @@ Explicit *explicit_create(const System *system) {
     e->bounds = bounds_create(&e->steer, e->lattices, e->grain, &e->lanes, e->slot, e->chunks);
     if (system_has_contact(system)) {
         e->contact = contact_create(&system->contact, system->arena);
-        for (int a = 0; a < 3; a++) {
-            e->marked[a] = arena_push(system->arena, double, e->lanes.slot_count);
-        }
+        e->looks = looks_create(system, &e->lanes, e->slot, e->lattices, e->grain);
     }
     e->limit[0] = system_stable_step(system);
     e->limit[1] = system_scaled_step(system);
@@ -137,17 +136,21 @@ Explicit *explicit_create(const System *system) {
 
 double explicit_limit(const Explicit *e, bool scaled) { return e->limit[scaled]; }
 
-static void load(Explicit *e, const State *state) {
+/* Returns whether all positions are those that the lanes hold. */
+static bool load(Explicit *e, const State *state) {
+    bool same = true;
     for (int i = 0; i < e->system->place_count; i++) {
         int slot = e->slot[i];
         double mass = e->system->mass[i];
         for (int c = 0; c < 3; c++) {
+            same = same && e->lanes.x[c][slot] == state->x[3 * i + c];
             e->lanes.x[c][slot] = state->x[3 * i + c];
             e->lanes.v[c][slot] = state->v[3 * i + c];
             e->lanes.f[c][slot] = 0.0;
         }
         e->lanes.weight[slot] = mass > 0.0 ? 1.0 / mass : 0.0;
     }
+    return same;
 }
 
 static void gather(const Explicit *e, int first, int end, double *const lane[3], double *out) {
@@ -307,24 +310,38 @@ static double drift_place(Explicit *e, int place, const SweepDrift *drift) {
     return square;
 }
 
+/* How fast anything was in a drift. */
+typedef struct Speeds {
+    double fastest; /* [m/s] no node was faster */
+    double
+        relative; /* [m/s] no two nodes next to each other on a lattice were against each other */
+} Speeds;
+
 /* x += dt v, also for held places and ghosts, whose velocities lead to their targets */
-static double drift(Explicit *e, double dt) {
-    double fastest = 0.0;
+static Speeds drift(Explicit *e, double dt) {
+    double fastest = 0.0, relative = 0.0, other = 0.0;
+    bool frames = e->contact && contact_asks_relative(e->contact);
     for (int c = 0; c < e->system->cloth_count; c++) {
         const SweepLattice *l = &e->lattices[c];
-        SweepDrift one = {dt, e->bending.time[c], e->membrane.time[c]};
+        SweepDrift one = {dt, e->bending.time[c], e->membrane.time[c], frames};
         int first = e->system->first[c];
         if (l->nu > 0) {
             DriftJob job = {e, l, one};
             int grain = (e->grain[c] + DRIFT_PARTS - 1) / DRIFT_PARTS;
             parallel_for(l->nv, grain, drift_chunk, &job);
+            double within = 0.0, frame = 0.0, shear = 0.0;
             for (int k = 0; k < parallel_chunk_count(l->nv, grain); k++) {
-                fastest = max2(e->chunk_speed[k], fastest);
+                SweepSpeed *of = &e->chunk_speed[k];
+                within = max2(of->within, within);
+                frame = max2(of->frame, frame), shear = max2(of->shear, shear);
             }
+            within = sqrt(within);
+            fastest = max2(within + sqrt(frame), fastest);
+            relative = max2(2.0 * within + sqrt(shear), relative);
             first += e->system->cloths[c].node_count;
         }
         for (int i = first; i < e->system->first[c + 1]; i++) {
-            fastest = max2(drift_place(e, i, &one), fastest);
+            other = max2(drift_place(e, i, &one), other);
         }
         if (l->nu > 0) {
             sweep_wrap_rows(l, e->lanes.x);
@@ -332,7 +349,7 @@ static double drift(Explicit *e, double dt) {
             sweep_wrap_rows(l, e->lanes.stretched);
         }
     }
-    return sqrt(fastest);
+    return (Speeds){max2(sqrt(other), fastest), relative};
 }
 
 /* takes held places to their targets; returns the work [J] */
@@ -344,70 +361,6 @@ static double steer_held(Explicit *e, double dt, double kick_dt, double time_end
         steer_cloth(&e->steer, &e->lanes, e->slot, c, &one, dt, &work);
     }
     return work;
-}
-
-/* largest value of a chunk over all lattices */
-static double most_of_chunks(Explicit *e, ParallelBody *body) {
-    double most = 0.0;
-    for (int c = 0; c < e->system->cloth_count; c++) {
-        const SweepLattice *l = &e->lattices[c];
-        if (l->nu > 0) {
-            DriftJob job = {.e = e, .lattice = l};
-            parallel_for(l->nv, e->grain[c], body, &job);
-            for (int k = 0; k < parallel_chunk_count(l->nv, e->grain[c]); k++) {
-                most = max2(e->chunk_speed[k], most);
-            }
-        }
-    }
-    return most;
-}
-
-static void fastest_chunk(int chunk, int first, int end, void *context) {
-    DriftJob *job = context;
-    job->e->chunk_speed[chunk] = job->e->kernel->fastest(job->lattice, &job->e->lanes, first, end);
-}
-
-static void spread_chunk(int chunk, int first, int end, void *context) {
-    DriftJob *job = context;
-    job->e->chunk_speed[chunk] =
-        job->e->kernel->spread(job->lattice, job->e->lanes.x, job->e->marked, first, end);
-}
-
-static double fastest_now(void *owner) {
-    Explicit *e = owner;
-    double fastest = most_of_chunks(e, fastest_chunk);
-    for (int c = 0; c < e->system->cloth_count; c++) {
-        for (int i = e->system->first[c]; e->lattices[c].nu == 0 && i < e->system->first[c + 1];
-             i++) {
-            int s = e->slot[i];
-            double x = e->lanes.v[0][s], y = e->lanes.v[1][s], z = e->lanes.v[2][s];
-            fastest = max2(fastest, x * x + y * y + z * z);
-        }
-    }
-    return sqrt(fastest);
-}
-
-static void mark_places(void *owner) {
-    Explicit *e = owner;
-    for (int a = 0; a < 3; a++) {
-        memcpy(e->marked[a], e->lanes.x[a], (size_t)e->lanes.slot_count * sizeof(double));
-    }
-}
-
-static double spread_now(void *owner) { return sqrt(most_of_chunks(owner, spread_chunk)); }
-
-static void relative_chunk(int chunk, int first, int end, void *context) {
-    Explicit *e = ((DriftJob *)context)->e;
-    const SweepLattice *lattice = ((DriftJob *)context)->lattice;
-    e->chunk_speed[chunk] = e->kernel->spread(lattice, e->lanes.v, NULL, first, end);
-}
-
-static double relative_now(void *owner) {
-    Explicit *e = owner;
-    for (int c = 0; c < e->system->cloth_count; c++) {
-        sweep_wrap_rows(&e->lattices[c], e->lanes.v);
-    }
-    return sqrt(most_of_chunks(e, relative_chunk));
 }
 
 static double kinetic_now(const Explicit *e) {
@@ -457,11 +410,11 @@ static void change_by_contact(Explicit *e, void (*change)(Contact *, double), do
 /* drift that crosses nothing */
 static double guarded_drift(Explicit *e, double dt) {
     change_by_contact(e, contact_guard, dt);
-    double fastest = drift(e, dt);
+    Speeds speeds = drift(e, dt);
     if (e->contact) {
-        contact_drifted(e->contact, fastest, dt);
+        contact_drifted(e->contact, speeds.fastest, speeds.relative, dt);
     }
-    return fastest;
+    return speeds.fastest;
 }
 
 /* kinetic damping: true when a kill happened at an energy below the target */
@@ -553,7 +506,7 @@ static double begin_bounds(Explicit *e, const ExplicitRun *run, State *state) {
 
 ExplicitResult explicit_interval(Explicit *e, const ExplicitRun *run, State *state) {
     ExplicitResult result = {.contact = {.smallest_gap = INFINITY, .smallest_self_gap = INFINITY}};
-    load(e, state);
+    bool continues = load(e, state);
     system_load_history(e->system, state);
     steer_begin(&e->steer, state);
     e->air_work = e->damped = 0.0;
@@ -562,9 +515,9 @@ ExplicitResult explicit_interval(Explicit *e, const ExplicitRun *run, State *sta
     damping_start(&e->damping, state->time, run->dt, run->steps);
     drift(e, 0.0); /* puts ghosts, curvature and stretch in their places */
     if (e->contact) {
-        ContactMotion motion = {fastest_now, mark_places, spread_now, relative_now, e};
         double longer = run->scaled ? e->limit[1] / e->limit[0] : 1.0;
-        ContactView view = {&e->lanes, e->slot, e->steer.held, longer * longer, motion};
+        ContactView view = {
+            &e->lanes, e->slot, e->steer.held, longer * longer, looks_motion(&e->looks), continues};
         contact_begin(e->contact, view, &state->contact, run->dt);
     }
     double contact, before = total_energy(e, run->dt, state, &result.energy_scale, &contact);
