@@ -119,17 +119,31 @@ static void advance(Contact *c, double dt) {
     take_paths(c);
 }
 
-/* the pairs of one group pair that are due by its path and may be near: into the batch */
-static void choose_pairs(Contact *c, const Points *x, int index, PairBatch *batch) {
+/* the pairs of one group pair that are due by its path, into c->near_pairs from its `begin` on; returns their
+ * number */
+static int find_due(Contact *c, int index) {
     Lists *l = &c->lists;
     const GroupPair *owner = &l->group_pairs[index];
-    double near = l->paths.near[index], path = l->paths.path[index];
-    int *due = c->near_pairs + owner->begin, count = 0;
+    int *found = c->near_pairs + owner->begin, count = 0;
+    double path = l->paths.path[index], later = INFINITY;
     for (int p = owner->begin; p < owner->begin + owner->count; p++) {
-        if (path >= l->due[p]) {
-            contact_fetch(&l->pairs[p].distance);
-            due[count++] = p;
-        }
+        double due = l->due[p];
+        bool is_due = path >= due;
+        found[count] = p; /* no branch: which it is cannot be guessed */
+        count += is_due;
+        later = min2(later, is_due ? INFINITY : due);
+    }
+    l->paths.earliest[index] = later;
+    return count;
+}
+
+/* Those of them that may be near go into the batch and stay; returns their number. */
+static int choose_pairs(Contact *c, const Points *x, int index, int count, PairBatch *batch) {
+    Lists *l = &c->lists;
+    double near = l->paths.near[index], path = l->paths.path[index];
+    int *due = c->near_pairs + l->group_pairs[index].begin, left = 0;
+    for (int k = 0; k < count; k++) {
+        contact_fetch(&l->pairs[due[k]].distance);
     }
     for (int k = 0; k < count; k++) {
         int p = due[k];
@@ -137,35 +151,37 @@ static void choose_pairs(Contact *c, const Points *x, int index, PairBatch *batc
         double bound = pair->distance > near ? pair_bound(x, pair) : 0.0;
         if (bound <= near) {
             pair_batch_add(batch, x, pair);
+            due[left++] = p;
         } else {
             l->due[p] = path + bound - near;
+            l->paths.earliest[index] = min2(l->paths.earliest[index], l->due[p]);
             pair->bristle = vec3(0, 0, 0);
         }
     }
+    return left;
 }
 
-/* ... after the batch; those that are near into c->near_pairs from owner->begin on. Returns their
- * number. */
-static int keep_near(Contact *c, int index) {
+/* ... after the batch: those that are near stay. Returns their number. */
+static int keep_near(Contact *c, int index, int count) {
     Lists *l = &c->lists;
     GroupPair *owner = &l->group_pairs[index];
-    double near = l->paths.near[index], path = l->paths.path[index], earliest = INFINITY;
-    int *found = c->near_pairs + owner->begin, count = 0;
-    for (int p = owner->begin; p < owner->begin + owner->count; p++) {
-        if (path >= l->due[p]) {
-            Pair *pair = &l->pairs[p];
-            l->due[p] = path + pair->distance - near;
-            if (pair->distance <= near) {
-                found[count++] = p;
-            } else {
-                pair->bristle = vec3(0, 0, 0);
-            }
-        }
+    double near = l->paths.near[index], path = l->paths.path[index];
+    double earliest = l->paths.earliest[index];
+    int *found = c->near_pairs + owner->begin, left = 0;
+    for (int k = 0; k < count; k++) {
+        int p = found[k];
+        Pair *pair = &l->pairs[p];
+        l->due[p] = path + pair->distance - near;
         earliest = min2(earliest, l->due[p]);
+        if (pair->distance <= near) {
+            found[left++] = p;
+        } else {
+            pair->bristle = vec3(0, 0, 0);
+        }
     }
     l->paths.earliest[index] = earliest;
     owner->evaluated = l->stamp;
-    return count;
+    return left;
 }
 
 static void evaluate_chunk(int chunk, int first, int end, void *context) {
@@ -176,13 +192,13 @@ static void evaluate_chunk(int chunk, int first, int end, void *context) {
     PairBatch batch;
     pair_batch_begin(&batch, l->width);
     for (int k = first; k < end; k++) {
-        if (l->group_pairs[c->due_owners[k]].evaluated != l->stamp) {
-            choose_pairs(c, &x, c->due_owners[k], &batch);
-        }
+        int index = c->due_owners[k], count = find_due(c, index);
+        bool known = l->group_pairs[index].evaluated == l->stamp;
+        c->near_counts[k] = known ? count : choose_pairs(c, &x, index, count, &batch);
     }
     pair_batch_end(&batch);
     for (int k = first; k < end; k++) {
-        c->near_counts[k] = keep_near(c, c->due_owners[k]);
+        c->near_counts[k] = keep_near(c, c->due_owners[k], c->near_counts[k]);
     }
 }
 
