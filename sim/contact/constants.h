@@ -14,6 +14,7 @@
 #define CONTACT_SOFTER 0.95
 #define CONTACT_MOST_STIFFNESS 0.8      /* at solids: no inertia for one contact of a vertex */
 #define CONTACT_MOST_SELF_STIFFNESS 4.2 /* between cloths; 6.4 shakes tight twists */
+#define CONTACT_FULL_STEP_STIFFNESS 0.8 /* what is stiffer may feed cloth that moves */
 #define CONTACT_CROWDED 0.05 /* pairs of cloth for a vertex: a drape has 0.03, folds on folds 0.5 */
 #define CONTACT_MESH_STIFFNESS 0.4 /* most at meshes, where it follows the step */
 #define CONTACT_DAMPING 0.1        /* of critical, along the normal; 0.2 pumps with many pairs */

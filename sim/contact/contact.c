@@ -40,6 +40,13 @@ double contact_motion_end(const ContactObstacle *obstacle) {
     return max2(frames, motion_end(obstacle->motion));
 }
 
+double contact_longest_step(const ContactDef *def, const ContactMemory *memory) {
+    if (memory->stiffness <= CONTACT_FULL_STEP_STIFFNESS) {
+        return INFINITY;
+    }
+    return sqrt(CONTACT_FULL_STEP_STIFFNESS / memory->stiffness) * def->reference_step;
+}
+
 bool contact_is_crowded(const ContactDef *def, const ContactMemory *memory) {
     int pairs = 0;
     for (int k = memory->touch_count; k < memory->pair_count; k++) {

@@ -113,6 +113,10 @@ Pose contact_pose(const ContactObstacle *obstacle, double clock);
 double contact_next_clock(const ContactObstacle *obstacle, double clock, double time_end,
                           double dt);
 
+/* [s] the longest explicit step that feeds no cloth in motion, whose crowded vertices have an inertia that
+ * comes and goes: by the stiffness between cloths; or INFINITY. */
+double contact_longest_step(const ContactDef *def, const ContactMemory *memory);
+
 /* Does much of the cloth lie on cloth, or is it pressed on cloth harder than the law bears? */
 bool contact_is_crowded(const ContactDef *def, const ContactMemory *memory);
 

@@ -24,7 +24,12 @@
 #define SCALING_MOST_GUARDED 0.1
 /* ... and where it rises by so much of the energy; then true inertia stays for so long [s] */
 #define SCALING_TOLERANCE 0.05
-#define SCALING_PAUSE 10.0
+#define CAUTION 10.0
+
+/* Crowded vertices have more inertia, which comes and goes: in cloth that moves it may give energy. Where an
+ * interval has so much of its energy from there, it is done again with shorter steps, and so are others
+ * for as long as above. */
+#define CROWDED_MOST_GIVEN 0.05
 
 /* A step is at most so many times `courant` of the limit of the cloth as it is stretched: the tension of some
  * 10 % takes what courant 0.8 leaves to contacts. */
@@ -112,6 +117,17 @@ static bool is_good(const System *system, const ExplicitResult *result, double t
     return result->finite && !result->contact.rejected && result->energy_gain <= allowed;
 }
 
+/* [s] at which crowded vertices give no energy */
+static double bearable_step(const System *system, const State *state) {
+    return contact_longest_step(&system->contact, &state->contact);
+}
+
+/* did they give much in this interval? */
+static bool is_fed(const ExplicitResult *result) {
+    double given = -result->contact.guard - result->contact.stiffened;
+    return given > CROWDED_MOST_GIVEN * result->energy_scale;
+}
+
 /* [s] what contact and the scene allow */
 static double allowed_step(const System *system, const Central *central, const State *state,
                            double interval) {
@@ -120,7 +136,8 @@ static double allowed_step(const System *system, const Central *central, const S
         return longest;
     }
     double least = LEAST_CONTACT_SHARE * explicit_limit(central->engine, false);
-    return fmin(longest, fmax(contact_step(system, state, interval), least));
+    longest = fmin(longest, fmax(contact_step(system, state, interval), least));
+    return state->unguarded < 0.0 ? fmin(longest, bearable_step(system, state)) : longest;
 }
 
 /* what stretch leaves of the stability limit */
@@ -149,7 +166,7 @@ static double guarded(const ExplicitResult *result) {
 static double unguarded_after(const State *state, const ExplicitResult *result, bool spoilt,
                               double interval) {
     if (spoilt) {
-        return -SCALING_PAUSE;
+        return -CAUTION;
     }
     return guarded(result) > 0.0 ? fmin(state->unguarded, 0.0) : state->unguarded + interval;
 }
@@ -292,6 +309,13 @@ static bool advance(const System *system, void *data, State *state, double time_
             scaled = false;
             spoilt = spoilt || !good;
             longest = fmin(longest, courant * explicit_limit(central->engine, false));
+            statistics->retries++;
+            continue;
+        }
+        double bearable = bearable_step(system, state);
+        if (good && run.dt > bearable && is_fed(&result)) {
+            spoilt = true;
+            longest = fmin(longest, bearable);
             statistics->retries++;
             continue;
         }
