@@ -340,9 +340,12 @@ static Speeds drift(Explicit *e, double dt) {
             relative = max2(2.0 * within + sqrt(shear), relative);
             first += e->system->cloths[c].node_count;
         }
+        double square = 0.0;
         for (int i = first; i < e->system->first[c + 1]; i++) {
-            other = max2(drift_place(e, i, &one), other);
+            square = max2(drift_place(e, i, &one), square);
         }
+        other = max2(square, other);
+        relative = l->nu > 0 ? relative : max2(2.0 * sqrt(square), relative);
         if (l->nu > 0) {
             sweep_wrap_rows(l, e->lanes.x);
             sweep_wrap_rows(l, e->lanes.bent);

@@ -28,6 +28,38 @@ Looks looks_create(const System *system, const Lanes *lanes, const int *slot,
     return l;
 }
 
+/* [m2] or [m2/s2] square of the difference of x - from at two places, or of x alone */
+static double square_apart(const Looks *l, double *const x[3], double *const from[3], int a,
+                           int b) {
+    double square = 0.0;
+    int s = l->slot[a], t = l->slot[b];
+    for (int k = 0; k < 3; k++) {
+        double d = x[k][t] - x[k][s], before = from ? from[k][t] - from[k][s] : 0.0;
+        square += (d - before) * (d - before);
+    }
+    return square;
+}
+
+/* as LookKernel.spread, of all cloth on a lattice that no sweep moves */
+static double spread_of_others(const Looks *l, double *const x[3], double *const from[3]) {
+    double most = 0.0;
+    for (int c = 0; c < l->system->cloth_count; c++) {
+        const Panel *panel = &l->system->cloths[c].panel;
+        bool other = l->lattices[c].nu == 0;
+        for (int k = 0; k < panel->nu * panel->nv && other; k++) {
+            int i = k % panel->nu, at = l->system->first[c] + k, row = at - i;
+            if (i + 1 < panel->nu || panel->wrap) {
+                int right = i + 1 < panel->nu ? at + 1 : row;
+                most = max2(most, square_apart(l, x, from, at, right));
+            }
+            if (k + panel->nu < panel->nu * panel->nv) {
+                most = max2(most, square_apart(l, x, from, at, at + panel->nu));
+            }
+        }
+    }
+    return sqrt(most);
+}
+
 typedef struct LookJob {
     Looks *looks;
     const SweepLattice *lattice;
@@ -82,7 +114,10 @@ static void spread_chunk(int chunk, int first, int end, void *context) {
     l->chunk_most[chunk] = l->kernel->spread(job->lattice, l->lanes->x, l->marked, first, end);
 }
 
-static double spread_now(void *owner) { return most_of_chunks(owner, spread_chunk); }
+static double spread_now(void *owner) {
+    Looks *l = owner;
+    return max2(most_of_chunks(l, spread_chunk), spread_of_others(l, l->lanes->x, l->marked));
+}
 
 static void relative_chunk(int chunk, int first, int end, void *context) {
     LookJob *job = context;
@@ -95,7 +130,7 @@ static double relative_now(void *owner) {
     for (int c = 0; c < l->system->cloth_count; c++) {
         sweep_wrap_rows(&l->lattices[c], l->lanes->v);
     }
-    return most_of_chunks(l, relative_chunk);
+    return max2(most_of_chunks(l, relative_chunk), spread_of_others(l, l->lanes->v, NULL));
 }
 
 ContactMotion looks_motion(Looks *looks) {
