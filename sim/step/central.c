@@ -141,8 +141,9 @@ static double allowed_step(const System *system, const Central *central, const S
 }
 
 /* what stretch leaves of the stability limit */
-static double stretched_share(const System *system, const State *state) {
-    return fmin(1.0, STRETCHED_SHARE / sqrt(system_stiffening(system, state->x)));
+static double stretched_share(const System *system, const Central *central, const State *state) {
+    double stable = explicit_limit(central->engine, false);
+    return fmin(1.0, STRETCHED_SHARE / sqrt(system_stiffening(system, state->x, stable)));
 }
 
 /* May inertia be scaled in an interval? Not where cloth is crowded, since that acts on single vertices; nor
@@ -288,7 +289,7 @@ static bool advance(const System *system, void *data, State *state, double time_
     double interval = time_end - state->time;
     double allowed = allowed_step(system, central, state, interval);
     bool scaled = scales(system, central, state, allowed);
-    double courant = system->scene->solver.courant * stretched_share(system, state);
+    double courant = system->scene->solver.courant * stretched_share(system, central, state);
     double longest = fmin(allowed, courant * explicit_limit(central->engine, scaled));
     ExplicitResult result = {0};
     bool spoilt = false;

@@ -475,12 +475,12 @@ bool system_is_scalable(const System *system, const Cloth *cloth) {
            l->nu >= SWEEP_LEAST_SCALED && l->nv >= SWEEP_LEAST_SCALED;
 }
 
-double system_stiffening(const System *system, const double *x) {
-    double most = 1.0, shortest = system_stable_step(system);
+double system_stiffening(const System *system, const double *x, double stable) {
+    double most = 1.0;
     for (int c = 0; c < system->cloth_count; c++) {
         const Cloth *cloth = &system->cloths[c];
         if (cloth->lattice) {
-            double share = shortest / cloth->model->stable_step(cloth);
+            double share = stable / cloth->model->stable_step(cloth); /* of a lattice: a formula */
             double own = sweep_stiffening(cloth->lattice, x + 3 * system->first[c]);
             most = fmax(most, share * share * own);
         }

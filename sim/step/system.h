@@ -120,8 +120,9 @@ double system_gravity_energy(const System *system, const double *x, const unsign
 /* [s] smallest stable explicit step of all cloths; with scaled inertia where a cloth can have it. */
 double system_stable_step(const System *system);
 double system_scaled_step(const System *system);
-/* By what stretched lattices at x gain on the square of the frequency that bounds it, at least 1. */
-double system_stiffening(const System *system, const double *x);
+/* By what stretched lattices at x gain on the square of the frequency that bounds `stable`, that step, at
+ * least 1. */
+double system_stiffening(const System *system, const double *x, double stable);
 
 /* Can its inertia be scaled (inertia.h), and does the scene leave it to the stepper? */
 bool system_is_scalable(const System *system, const Cloth *cloth);
