@@ -22,14 +22,15 @@
  * velocities in a step */
 #define SCALING_AFTER 0.05
 #define SCALING_MOST_GUARDED 0.1
-/* ... and where it rises by so much of the energy; then true inertia stays for so long [s] */
+/* ... and where it rises by so much of the energy */
 #define SCALING_TOLERANCE 0.05
-#define CAUTION 10.0
 
-/* Crowded vertices have more inertia, which comes and goes: in cloth that moves it may give energy. Where an
- * interval has so much of its energy from there, it is done again with shorter steps, and so are others
- * for as long as above. */
+/* Crowded vertices have more inertia, which comes and goes: in cloth that moves it may give energy. An interval
+ * that has so much of its energy from there is done again with steps that such cloth bears. */
 #define CROWDED_MOST_GIVEN 0.05
+
+/* [s] after either: inertia stays true, and steps are those that crowded cloth bears */
+#define CAUTION 10.0
 
 /* A step is at most so many times `courant` of the limit of the cloth as it is stretched: the tension of some
  * 10 % takes what courant 0.8 leaves to contacts. */
