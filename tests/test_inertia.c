@@ -159,6 +159,7 @@ static void test_blocks(void **unused) {
             r.lanes.v[i % 3][r.slot[i / 3]] = share * a[i];
         }
         inertia_spread_blocks(&r.inertia, &r.lattice, &r.lanes, 0, share, &blocks, r.lattice.nv);
+        inertia_blocks_clear(&blocks, &r.lattice, r.inertia.pulled, 0, r.lattice.nv);
         double worst = 0.0;
         for (int i = 0; i < n; i++) {
             int slot = r.slot[i / 3];
@@ -166,6 +167,9 @@ static void test_blocks(void **unused) {
             assert_true(r.inertia.pulled[i % 3][slot] == 0.0);
         }
         CHECK_AT_MOST(worst, 1e-15);
+        for (int j = 0; j < r.lattice.nv; j++) {
+            assert_int_equal(blocks.some[j], 0);
+        }
         play_end(&r.play);
     }
 }

@@ -39,7 +39,8 @@ static void patch_make(Patch *p, double stretch, double noise) {
                                 .c22 = 200,
                                 .bounded = true};
     p->lanes = lanes_create((NV + 2) * STRIDE + LANE_MARGIN, &p->arena);
-    p->sides = sides_create(&p->lattice, &p->arena);
+    double *const none[3] = {NULL, NULL, NULL};
+    p->sides = sides_create(&p->lattice, none, &p->arena);
     for (int i = 0; i < NU * NV; i++) {
         double flat[3] = {stretch * SPACING1 * (i % NU), stretch * SPACING2 * (i / NU), 0.0};
         for (int a = 0; a < 3; a++) {
@@ -102,8 +103,7 @@ static void kick_sides(Patch *p, double dt, double share) {
             p->lanes.v[a][s] += share * dt * p->lanes.weight[s] * p->lanes.f[a][s];
         }
     }
-    sides_clear(&p->sides, &p->lanes);
-    sides_hold(&p->sides, &p->lanes, dt, share, NULL);
+    sides_hold(&p->sides, &p->lanes, dt, share);
 }
 
 static Vec3 momentum(const Patch *p, Vec3 *angular) {

@@ -4,13 +4,13 @@ Bounds bounds_create(const Steer *steer, const SweepLattice *lattices, const int
                      const Lanes *lanes, const int *slot, size_t chunks) {
     const System *system = steer->system;
     Bounds b = {.steer = steer, .lattices = lattices, .grain = grain, .lanes = lanes};
+    b.inertia = inertia_create(system, lanes->slot_count, chunks);
     b.sides = arena_push(system->arena, Sides, system->cloth_count);
     b.limits = arena_push(system->arena, Limit, system->cloth_count);
     for (int c = 0; c < system->cloth_count; c++) {
-        b.sides[c] = sides_create(&lattices[c], system->arena);
+        b.sides[c] = sides_create(&lattices[c], b.inertia.pulled, system->arena);
         b.limits[c] = limit_create(&system->cloths[c], slot + system->first[c], system->arena);
     }
-    b.inertia = inertia_create(system, lanes->slot_count, chunks);
     return b;
 }
 
@@ -62,7 +62,6 @@ void bounds_find(Bounds *b, bool all, double kick_time) {
 
 void bounds_spread(Bounds *b) {
     for (int c = 0; c < cloth_count(b); c++) {
-        sides_clear(&b->sides[c], b->lanes);
         if (b->lattices[c].scaled) {
             inertia_spread(&b->inertia, &b->lattices[c], b->lanes, c, b->grain[c]);
         }
@@ -72,7 +71,7 @@ void bounds_spread(Bounds *b) {
 void bounds_hold(Bounds *b, double dt, double share) {
     for (int c = 0; c < cloth_count(b); c++) {
         Sides *sides = &b->sides[c];
-        sides_hold(sides, b->lanes, dt, share, b->inertia.pulled);
+        sides_hold(sides, b->lanes, dt, share);
         if (sides->count > 0 && b->lattices[c].scaled) {
             inertia_spread_blocks(&b->inertia, &b->lattices[c], b->lanes, c, SIDES_SCALED_MOBILITY,
                                   &sides->blocks, b->grain[c]);

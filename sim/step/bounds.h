@@ -32,10 +32,10 @@ double bounds_hidden(Bounds *bounds);
 /* Before a kick of `kick_time` [s], with its inertia: adds forces to lanes->f; `all`: not only of the sides that
  * the last kick saw. Counts what the kick before took. */
 void bounds_find(Bounds *bounds, bool all, double kick_time);
-/* After it: takes them back, and spreads what the kick left in inertia.moved. */
+/* After it: spreads what the kick left in inertia.moved. */
 void bounds_spread(Bounds *bounds);
 
-/* After both, of a kick of `share` dt: no side and no spring grows beyond its bound in a drift of dt. */
+/* After both, of a kick of `share` dt: takes the forces back; no side and no spring grows beyond its bound in a drift of dt. */
 void bounds_hold(Bounds *bounds, double dt, double share);
 
 /* At the end of an interval, with the velocities of the last drift: counts what the last kick took. */

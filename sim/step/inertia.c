@@ -10,19 +10,29 @@
 #define HIDDEN_TOLERANCE 1e-6
 #define HIDDEN_ITERATIONS 60
 
+static ptrdiff_t row_start(const SweepLattice *l, int j) {
+    return l->first + (ptrdiff_t)j * l->stride;
+}
+
 InertiaBlocks inertia_blocks_create(const SweepLattice *l, Arena *arena) {
     int columns = (l->nu + INERTIA_BLOCK - 1) / INERTIA_BLOCK;
     return (InertiaBlocks){columns, arena_push(arena, unsigned char, l->nv),
                            arena_push(arena, unsigned char, l->nv *columns)};
 }
 
-void inertia_blocks_clear(InertiaBlocks *blocks, int row_count) {
-    size_t columns = (size_t)blocks->columns;
-    for (int j = 0; j < row_count; j++) {
-        if (blocks->some[j]) {
-            blocks->some[j] = 0;
-            memset(blocks->one + (size_t)j * columns, 0, columns);
+void inertia_blocks_clear(InertiaBlocks *blocks, const SweepLattice *l, double *const lane[3],
+                          int first, int end) {
+    for (int j = first; j < end; j++) {
+        unsigned char *one = blocks->one + (size_t)j * (size_t)blocks->columns;
+        for (int b = 0; b < blocks->columns && blocks->some[j]; b++) {
+            int i = b * INERTIA_BLOCK, left = l->nu - i;
+            size_t count = (size_t)(left < INERTIA_BLOCK ? left : INERTIA_BLOCK);
+            for (int a = 0; a < 3 && one[b]; a++) {
+                memset(lane[a] + row_start(l, j) + i, 0, count * sizeof(double));
+            }
+            one[b] = 0;
         }
+        blocks->some[j] = 0;
     }
 }
 
@@ -40,12 +50,15 @@ Inertia inertia_create(const System *system, int slot_count, size_t chunks) {
         inertia.solution[a] = arena_push(system->arena, double, slot_count);
         inertia.kept[a] = arena_push(system->arena, double, system->place_count);
     }
+    int rows = 1;
     for (int c = 0; c < system->cloth_count; c++) {
         const SweepLattice *l = system->cloths[c].lattice;
         size_t stride = l ? (size_t)l->stride : 0;
+        rows = l && l->nv > rows ? l->nv : rows;
         inertia.buffer_size = stride > inertia.buffer_size ? stride : inertia.buffer_size;
     }
     inertia.buffer_size += LANE_MARGIN;
+    inertia.row_sums = arena_push(system->arena, double, rows);
     inertia.buffers = arena_push(system->arena, double, chunks *inertia.buffer_size);
     return inertia;
 }
@@ -163,25 +176,12 @@ void inertia_spread(Inertia *inertia, const SweepLattice *l, const Lanes *lanes,
     restore_held(inertia, lanes, c);
 }
 
-static void clear_blocks(const Inertia *inertia, const SweepLattice *l,
-                         const InertiaBlocks *blocks) {
-    for (int k = 0; k < l->nv * blocks->columns; k++) {
-        int j = k / blocks->columns, i = k % blocks->columns * INERTIA_BLOCK;
-        int count = i + INERTIA_BLOCK < l->nu ? INERTIA_BLOCK : l->nu - i;
-        for (int a = 0; a < 3 && blocks->one[k]; a++) {
-            memset(inertia->pulled[a] + l->first + (ptrdiff_t)j * l->stride + i, 0,
-                   (size_t)count * sizeof(double));
-        }
-    }
-}
-
 void inertia_spread_blocks(Inertia *inertia, const SweepLattice *l, const Lanes *lanes, int c,
                            double share, const InertiaBlocks *blocks, int grain) {
     keep_held(inertia, lanes, c);
     clear_held(inertia, inertia->pulled, c);
     spread(inertia, l, inertia->pulled, lanes->v, share, blocks, grain);
     restore_held(inertia, lanes, c);
-    clear_blocks(inertia, l, blocks);
 }
 
 static void copy_rows(const SweepLattice *l, double *const from[3], double *const to[3]) {
@@ -198,66 +198,105 @@ void inertia_enter(Inertia *inertia, const SweepLattice *l, const Lanes *lanes, 
     restore_held(inertia, lanes, c);
 }
 
-/* sum of a M b */
-static double product(const SweepLattice *l, const double *weight, double *const a[3],
-                      double *const b[3]) {
-    double sum = 0.0;
-    for (int j = 0; j < l->nv; j++) {
-        ptrdiff_t at = l->first + (ptrdiff_t)j * l->stride;
-        for (ptrdiff_t s = at; s < at + l->nu; s++) {
-            sum += (a[0][s] * b[0][s] + a[1][s] * b[1][s] + a[2][s] * b[2][s]) / weight[s];
+/* ---- conjugate gradients for S u = v ---- */
+
+typedef struct HiddenJob {
+    Inertia *inertia;
+    const SweepLattice *lattice;
+    const double *weight;
+    double length, ratio;        /* of a step along the search; of two residuals */
+    double *const *a, *const *b; /* of a product */
+} HiddenJob;
+
+/* sums of a M b, row by row */
+static void multiply_rows(int chunk, int first, int end, void *context) {
+    (void)chunk;
+    const HiddenJob *job = context;
+    double *const *a = job->a, *const *b = job->b;
+    for (int j = first; j < end; j++) {
+        double sum = 0.0;
+        ptrdiff_t at = row_start(job->lattice, j);
+        for (ptrdiff_t s = at; s < at + job->lattice->nu; s++) {
+            sum += (a[0][s] * b[0][s] + a[1][s] * b[1][s] + a[2][s] * b[2][s]) / job->weight[s];
         }
+        job->inertia->row_sums[j] = sum;
     }
-    return sum;
 }
 
-/* y += factor x */
-static void add_rows(const SweepLattice *l, double factor, double *const x[3], double *const y[3]) {
-    for (int j = 0; j < l->nv; j++) {
-        ptrdiff_t at = l->first + (ptrdiff_t)j * l->stride;
+/* solution += length search, residual -= length S search */
+static void step_rows(int chunk, int first, int end, void *context) {
+    (void)chunk;
+    const HiddenJob *job = context;
+    const Inertia *inertia = job->inertia;
+    for (int j = first; j < end; j++) {
+        ptrdiff_t at = row_start(job->lattice, j);
         for (int a = 0; a < 3; a++) {
-            for (ptrdiff_t s = at; s < at + l->nu; s++) {
-                y[a][s] += factor * x[a][s];
+            for (ptrdiff_t s = at; s < at + job->lattice->nu; s++) {
+                inertia->solution[a][s] += job->length * inertia->search[a][s];
+                inertia->residual[a][s] -= job->length * inertia->moved[a][s];
             }
         }
     }
 }
 
-/* inertia->moved = S x of the free nodes; x is zero at held ones */
-static void spread_free(const Inertia *inertia, const SweepLattice *l, double *const x[3], int c,
-                        int grain) {
-    for (int a = 0; a < 3; a++) {
-        memset(inertia->moved[a] + l->first, 0, (size_t)l->nv * (size_t)l->stride * sizeof(double));
+/* search = residual + ratio search; moved = 0 */
+static void turn_rows(int chunk, int first, int end, void *context) {
+    (void)chunk;
+    const HiddenJob *job = context;
+    const Inertia *inertia = job->inertia;
+    for (int j = first; j < end; j++) {
+        ptrdiff_t at = row_start(job->lattice, j);
+        for (int a = 0; a < 3; a++) {
+            for (ptrdiff_t s = at; s < at + job->lattice->stride; s++) {
+                inertia->search[a][s] =
+                    inertia->residual[a][s] + job->ratio * inertia->search[a][s];
+                inertia->moved[a][s] = 0.0;
+            }
+        }
     }
-    spread(inertia, l, x, inertia->moved, 0.0, NULL, grain);
+}
+
+static double product(HiddenJob *job, double *const a[3], double *const b[3], int grain) {
+    job->a = a, job->b = b;
+    parallel_for(job->lattice->nv, grain, multiply_rows, job);
+    double sum = 0.0;
+    for (int j = 0; j < job->lattice->nv; j++) {
+        sum += job->inertia->row_sums[j];
+    }
+    return sum;
+}
+
+/* inertia->moved = S search of the free nodes; held ones do not move */
+static void spread_search(HiddenJob *job, int c, int grain) {
+    Inertia *inertia = job->inertia;
+    spread(inertia, job->lattice, inertia->search, inertia->moved, 0.0, NULL, grain);
     clear_held(inertia, inertia->moved, c);
 }
 
 double inertia_hidden(Inertia *inertia, const SweepLattice *l, const Lanes *lanes, int c,
                       int grain) {
     double *const *u = inertia->solution, *const *r = inertia->residual,
-                  *const *p = inertia->search;
-    const double *weight = lanes->weight;
-    copy_rows(l, lanes->v, u);
-    clear_held(inertia, u, c);
-    copy_rows(l, u, r);
-    spread_free(inertia, l, u, c, grain);
-    add_rows(l, -1.0, inertia->moved, r);
-    copy_rows(l, r, p);
-    double square = product(l, weight, r, r), enough = HIDDEN_TOLERANCE * square;
+                  *const *p = inertia->search, *const *q = inertia->moved;
+    HiddenJob job = {.inertia = inertia, .lattice = l, .weight = lanes->weight};
+    copy_rows(l, lanes->v, r);
+    clear_held(inertia, r, c);
+    parallel_for(l->nv, grain, turn_rows, &job); /* starts from u = v */
+    spread_search(&job, c, grain);
+    job.length = 1.0;
+    parallel_for(l->nv, grain, step_rows, &job);
+    copy_rows(l, p, u); /* the search was v itself */
+    parallel_for(l->nv, grain, turn_rows, &job);
+    double square = product(&job, r, r, grain), enough = HIDDEN_TOLERANCE * square;
     for (int k = 0; k < HIDDEN_ITERATIONS && square > enough; k++) {
-        spread_free(inertia, l, p, c, grain);
-        double length = square / product(l, weight, p, inertia->moved), before = square;
-        add_rows(l, length, p, u);
-        add_rows(l, -length, inertia->moved, r);
-        square = product(l, weight, r, r);
-        for (int a = 0; a < 3; a++) { /* p = r + square / before p */
-            for (ptrdiff_t s = l->first; s < l->first + (ptrdiff_t)l->nv * l->stride; s++) {
-                p[a][s] = r[a][s] + square / before * p[a][s];
-            }
-        }
+        spread_search(&job, c, grain);
+        double before = square;
+        job.length = square / product(&job, p, q, grain);
+        parallel_for(l->nv, grain, step_rows, &job);
+        square = product(&job, r, r, grain);
+        job.ratio = square / before;
+        parallel_for(l->nv, grain, turn_rows, &job);
     }
     copy_rows(l, lanes->v, p);
     clear_held(inertia, p, c);
-    return 0.5 * (product(l, weight, p, u) - product(l, weight, p, p));
+    return 0.5 * (product(&job, p, u, grain) - product(&job, p, p, grain));
 }

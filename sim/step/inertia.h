@@ -45,7 +45,9 @@ typedef struct InertiaBlocks {
 } InertiaBlocks;
 
 InertiaBlocks inertia_blocks_create(const SweepLattice *lattice, Arena *arena);
-void inertia_blocks_clear(InertiaBlocks *blocks, int row_count);
+/* Rows first .. end - 1: zero in the blocks of `lane` that hold one, which then hold none. */
+void inertia_blocks_clear(InertiaBlocks *blocks, const SweepLattice *lattice, double *const lane[3],
+                          int first, int end);
 
 static inline void inertia_blocks_mark(InertiaBlocks *blocks, int i, int j) {
     blocks->some[j] = blocks->one[j * blocks->columns + i / INERTIA_BLOCK] = 1;
@@ -55,8 +57,9 @@ static inline void inertia_blocks_mark(InertiaBlocks *blocks, int i, int j) {
 typedef struct Inertia {
     InertiaKernel *kernel;
     double *moved[3];  /* [m/s] (slot_count) by the kick */
-    double *pulled[3]; /* [m/s] (slot_count) by sides_hold; zero between its calls */
+    double *pulled[3]; /* [m/s] (slot_count) by sides_hold, of the last step */
     double *search[3], *residual[3], *solution[3]; /* [m/s] (slot_count) of inertia_hidden */
+    double *row_sums;                              /* (nv of the largest lattice) */
     double *kept[3];    /* [m/s] (held_count) velocities of what is held */
     int *held;          /* (held_count) slots, cloth by cloth */
     int *held_first;    /* (cloth_count + 1) */

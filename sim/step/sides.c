@@ -8,7 +8,7 @@
 
 static int min_int(int a, int b) { return a < b ? a : b; }
 
-Sides sides_create(const SweepLattice *lattice, Arena *arena) {
+Sides sides_create(const SweepLattice *lattice, double *const pulled[3], Arena *arena) {
     if (!lattice->bounded) {
         return (Sides){0};
     }
@@ -27,6 +27,7 @@ Sides sides_create(const SweepLattice *lattice, Arena *arena) {
                    .shares = shares,
                    .share_count = count,
                    .blocks = inertia_blocks_create(lattice, arena),
+                   .pulled = {pulled[0], pulled[1], pulled[2]},
                    .arena = arena};
 }
 
@@ -201,6 +202,9 @@ static void find_chunk(int chunk, int first, int end, void *context) {
     if (job->all) {
         sides->kernel->mark(sides->lattice, job->lanes, &sides->seen, first, end, share->buffer);
     }
+    bool last = end + 1 == sides->lattice->nv;
+    inertia_blocks_clear(&sides->blocks, sides->lattice, sides->pulled, first,
+                         last ? end + 1 : end);
     find_rows(job, share, first, end);
     if (!share->full) {
         push_sides(share, job->lanes, 0, share->inner, job->kick_time);
@@ -240,7 +244,6 @@ double sides_find(Sides *sides, const Lanes *lanes, const unsigned char *held, b
     if (!l) {
         return 0.0;
     }
-    inertia_blocks_clear(&sides->blocks, l->nv);
     if (all) {
         sweep_wrap_rows(l, lanes->x);
     }
@@ -255,16 +258,6 @@ double sides_find(Sides *sides, const Lanes *lanes, const unsigned char *held, b
         work += share->work;
     }
     return work;
-}
-
-void sides_clear(const Sides *sides, const Lanes *lanes) {
-    for (int m = 0; m < sides->share_count && sides->count > 0; m++) {
-        const SidesShare *share = &sides->shares[m];
-        for (int n = 0; n < 4 * share->count; n++) {
-            int slot = share->list[n / 4].slot[n % 4];
-            lanes->f[0][slot] = lanes->f[1][slot] = lanes->f[2][slot] = 0.0;
-        }
-    }
 }
 
 /* Where impulses go to: v takes `share` of them, `pulled` all. */
@@ -302,6 +295,14 @@ static void pull(LongSide *side, const SidesPull *to, double dt, double share) {
     apply(side, to, max2(0.0, min2(wanted, yields)) - side->impulse);
 }
 
+/* takes the forces of the kick back */
+static void clear(const LongSide *side, const Lanes *lanes) {
+    for (int k = 0; k < 4; k++) {
+        int slot = side->slot[k];
+        lanes->f[0][slot] = lanes->f[1][slot] = lanes->f[2][slot] = 0.0;
+    }
+}
+
 typedef struct HoldJob {
     Sides *sides;
     SidesPull to;
@@ -311,6 +312,7 @@ typedef struct HoldJob {
 static void hold(const HoldJob *job, const SidesShare *share, int first, int end) {
     for (int k = first; k < end; k++) {
         pull(&share->list[k], &job->to, job->dt, job->share);
+        clear(&share->list[k], job->to.lanes);
     }
 }
 
@@ -321,13 +323,12 @@ static void hold_chunk(int chunk, int first, int end, void *context) {
     hold(job, share, 0, share->inner);
 }
 
-void sides_hold(Sides *sides, const Lanes *lanes, double dt, double share,
-                double *const pulled[3]) {
+void sides_hold(Sides *sides, const Lanes *lanes, double dt, double share) {
     if (sides->count == 0) {
         return;
     }
     bool scaled = sides->lattice->scaled;
-    SidesPull to = {lanes, scaled ? pulled : NULL, scaled ? SIDES_SCALED_MOBILITY : 1.0};
+    SidesPull to = {lanes, scaled ? sides->pulled : NULL, scaled ? SIDES_SCALED_MOBILITY : 1.0};
     HoldJob job = {sides, to, dt, share};
     for_shares(sides, hold_chunk, &job);
     for (int k = 0; k < sides->share_count; k++) {

@@ -50,11 +50,12 @@ typedef struct Sides {
     SidesShare *shares;     /* (share_count) */
     int share_count, count; /* sides of all of them */
     InertiaBlocks blocks;   /* of nodes that sides_hold changes, on a scaled lattice */
+    double *pulled[3];      /* [m/s] lanes of what it changes there, until sides_find */
     Arena *arena;
 } Sides;
 
 /* All zero when the sides of the lattice are free. */
-Sides sides_create(const SweepLattice *lattice, Arena *arena);
+Sides sides_create(const SweepLattice *lattice, double *const pulled[3], Arena *arena);
 
 /* Before a kick of `kick_time` [s]: lists the sides of the cells that the last kick saw, or of all, and adds
  * their forces to lanes->f; 0: none. `held` (nu x nv) nodes have no mobility. Returns sides_work of those
@@ -65,12 +66,9 @@ double sides_find(Sides *sides, const Lanes *lanes, const unsigned char *held, b
 /* [J] stored in the sides of the list. */
 double sides_energy(const Sides *sides);
 
-/* After the kick: takes all forces there back. */
-void sides_clear(const Sides *sides, const Lanes *lanes);
-
-/* After a kick of `share` dt, before a drift of dt: changes lanes->v, on a scaled lattice by
- * SIDES_SCALED_MOBILITY of the changes that it leaves in `pulled` (3 lanes), to be spread. */
-void sides_hold(Sides *sides, const Lanes *lanes, double dt, double share, double *const pulled[3]);
+/* After a kick of `share` dt, before a drift of dt: takes the forces back and changes lanes->v, on a scaled
+ * lattice by SIDES_SCALED_MOBILITY of the changes that it leaves in `pulled`, to be spread. */
+void sides_hold(Sides *sides, const Lanes *lanes, double dt, double share);
 
 /* With the velocities of the drift: the work [J] that was done on the bound, its force times the mean of
  * the velocities before the kick and now (to first order in dt where an interval halves the kick). */
