@@ -30,7 +30,7 @@ typedef struct Bodies {
     Toll tolls[4];
     double v[12], weight[4];
     unsigned char held[4], flags[2][4];
-    int lists[3][4];
+    int lists[2][4];
     Vec3 kicked[4];
 } Bodies;
 
@@ -42,12 +42,11 @@ static void bodies_start(Bodies *b, uint64_t seed) {
                            .weight_kept = b->weight,
                            .held = b->held,
                            .tolls = b->tolls,
-                           .touched = b->lists[0],
-                           .changed = b->lists[1],
+                           .changed = b->lists[0],
                            .is_touched = b->flags[0],
                            .is_changed = b->flags[1],
                            .kicked = b->kicked};
-    b->impulses.changed = b->lists[2];
+    b->impulses.changed = b->lists[1];
     for (uint64_t i = 0; i < 4; i++) {
         vec3_store(b->v + 3 * i, random_vector(100 * seed + i, 10.0));
         b->weight[i] = pow(10.0, 2.0 * hash_random(100 * seed + i, 7)); /* 1/kg, 1e-2 .. 1e2 */

@@ -67,7 +67,9 @@ static void check_rows(Rig *r, int blocks) {
     assert_int_equal(rows.block_count, blocks);
     assert_int_equal(rows.block_count + rows.other_count, r->surface.group_count);
     memset(v, 0, sizeof v);
-    motion_copy(&rows, r->lanes.v, v);
+    MotionCopy copy = {&rows, r->lanes.v, v};
+    ParallelLoop loop = motion_copy_loop(&copy);
+    parallel_for_all(&loop, 1);
     for (int k = 0; k < 3 * COUNT; k++) {
         assert_memory_equal(&v[k], &r->lanes.v[k % 3][r->slot[k / 3]], sizeof *v);
     }

@@ -169,7 +169,7 @@ static void look_at_touch(Contact *c, int t, double dt, Answer *answer) {
 
 /* the groups of the changed vertices move otherwise now: are the lists still wide enough? */
 static void follow(Contact *c, double dt) {
-    contact_move_changed_groups(c);
+    contact_move_changed_groups(c, dt);
     bool again = c->pairs_wanted && self_check(c, dt);
     again = (c->def->obstacle_count > 0 && obstacle_check(c, dt)) || again;
     c->impulses->searched = again;

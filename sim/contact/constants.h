@@ -46,6 +46,7 @@
 #define CONTACT_NEAR_STEPS 2.0       /* steps of relative motion within which pairs are evaluated */
 #define CONTACT_LEAST_NEAR_STEPS 1.2 /* a list with less room is made again; 1 is the bound */
 #define CONTACT_SLACK_STEPS 20.0     /* steps until pairs are looked for again */
+#define CONTACT_SOON_STEPS 2.0       /* a search takes those along that would want one so soon */
 #define CONTACT_LONG_SLACK_STEPS 100.0 /* where few pairs are found: they cost less than searches */
 #define CONTACT_LONG_SLACK 0.25 /* of the spacing, at most: neighbours come into reach beyond */
 #define CONTACT_FEW_PAIRS 8
@@ -61,10 +62,11 @@
 /* steps that speeds alone could use up the room of neighbours in: where less, rows get frames */
 #define CONTACT_QUIET_CLOSE_STEPS 16.0
 #define CONTACT_QUIET_RETRY 20.0 /* steps until the next try */
-#define CONTACT_VERTEX_GRAIN 256 /* vertices that a thread takes at once, likewise */
-#define CONTACT_FORCE_GRAIN 32   /* contacts whose forces a thread finds at once, some 1 us */
-#define CONTACT_FORCE_BLOCK 32   /* likewise of one thread alone: added while in its cache */
-#define CONTACT_GROUP_REACH 0.4  /* of the size of a group: how far neighbours are listed */
+#define CONTACT_VERTEX_GRAIN                                                                       \
+    1024                      /* vertices that a thread takes at once, few of them touched; of 8 */
+#define CONTACT_PARTS 8       /* of the forces at solids, at most */
+#define CONTACT_LEAST_PART 64 /* forces of a part, some 5 us */
+#define CONTACT_GROUP_REACH 0.4 /* of the size of a group: how far neighbours are listed */
 
 /* ---- implicit road (contact.md 1, 12) ---- */
 

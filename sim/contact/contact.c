@@ -95,7 +95,11 @@ static void create_obstacles(Contact *c, Arena *arena) {
     int n = c->def->vertex_count, o = c->def->obstacle_count;
     int owners = contact_owners(c);
     c->group_touches = arena_push(arena, GroupTouch, owners);
-    c->resting = resting_create(&c->surface, owners, arena);
+    c->look_sums = arena_push(arena, LookSum, owners);
+    for (int k = 0; k < o; k++) {
+        c->solids_move = c->solids_move || c->def->obstacles[k].moves;
+    }
+    c->resting = resting_create(owners, arena);
     c->due_groups = arena_push(arena, int, owners);
     c->spent_groups = arena_push(arena, int, owners);
     c->due_counts = arena_push(arena, int, owners);
@@ -125,12 +129,12 @@ Contact *contact_create(const ContactDef *def, Arena *arena) {
     c->lists = lists_create(&c->surface, c->x, def->self, arena);
     c->rows = motion_rows_create(&c->surface, n, arena);
     c->motion = arena_push(arena, GroupMotion, c->surface.group_count);
+    c->moves = contact_moves_create(c->surface.group_count, arena);
     index_groups(c, arena);
     c->v = arena_push(arena, double, 3 * c->places.count);
     c->held = arena_push(arena, unsigned char, c->places.count);
     memset(c->held + n, 1, (size_t)(c->places.count - n));
-    c->touched = arena_push(arena, int, n);
-    c->is_touched = arena_push(arena, unsigned char, n);
+    c->is_touched = arena_push(arena, unsigned char, n + 8);
     c->pushes = arena_push(arena, Push, n);
     c->tolls = arena_push(arena, Toll, n);
     c->losses = arena_push(arena, Loss, parallel_chunk_count(n, CONTACT_VERTEX_GRAIN));
@@ -152,10 +156,10 @@ Contact *contact_create(const ContactDef *def, Arena *arena) {
 
 void contact_gather(Contact *c) {
     c->lists.stamp++;
-    motion_copy(&c->rows, c->view.lanes->x, c->x);
+    MotionCopy copy = {&c->rows, c->view.lanes->x, c->x};
+    ParallelLoop loop = motion_copy_loop(&copy);
+    parallel_for_all(&loop, 1);
 }
-
-static void gather_velocities(Contact *c) { motion_copy(&c->rows, c->view.lanes->v, c->v); }
 
 void contact_clear_twins(Contact *c, int most) {
     for (int k = 0; k < c->twin_count; k++) {
@@ -204,6 +208,7 @@ void contact_make_force_room(Contact *c, int most) {
         c->force_room = 2 * most;
         c->forces = arena_push(c->arena, ContactForce, c->force_room);
         c->pushing = arena_push(c->arena, int, c->force_room);
+        c->left = arena_push(c->arena, int, c->force_room);
         c->followers = arena_push(c->arena, Follower, c->force_room);
     }
 }
@@ -258,8 +263,9 @@ void contact_shorten(Contact *c, int place, double share) {
 /* makes all lists for the positions and velocities of now */
 static void make_lists(Contact *c, double dt) {
     contact_gather(c);
-    gather_velocities(c);
-    contact_move_groups(c);
+    c->mean = vec3(0.0, 0.0, 0.0);
+    contact_move_groups(c, dt); /* for their mean */
+    contact_move_groups(c, dt);
     if (c->pairs_wanted) {
         self_begin(c, dt);
     }
@@ -350,8 +356,8 @@ static void adapt_all(Contact *c, ContactMemory *memory) {
 }
 
 void contact_end(Contact *c, ContactMemory *memory) {
-    if (c->touched_count > 0) { /* by the last kick */
-        gather_velocities(c);
+    if (c->some_touched) { /* by the last kick */
+        contact_move_groups(c, c->step);
         ParallelLoop losses = contact_losses_loop(c);
         parallel_for_all(&losses, 1);
         contact_sum_losses(c);
@@ -376,8 +382,9 @@ static void hand_over_chunk(int chunk, int first, int end, void *context) {
     (void)chunk;
     Contact *c = context;
     const Lanes *lanes = c->view.lanes;
-    for (int k = first; k < end; k++) {
-        int place = c->touched[k], slot = c->view.slot[place];
+    TouchedWalk walk = touched_walk(c->is_touched, first, end, false);
+    for (int place; (place = touched_next(&walk)) >= 0;) {
+        int slot = c->view.slot[place];
         Push *push = &c->pushes[place];
         double inertia = contact_inertia(c, push->stiffness);
         double own = c->weight_kept[place];
@@ -396,8 +403,9 @@ static void push_all(Contact *c, double dt, double share) {
     if (c->def->obstacle_count > 0) {
         obstacle_forces(c, dt, share);
     }
-    parallel_for(c->touched_count, 3 * CONTACT_VERTEX_GRAIN, hand_over_chunk, c);
-    resting_note(c);
+    if (c->some_touched) {
+        parallel_for(c->def->vertex_count, CONTACT_VERTEX_GRAIN, hand_over_chunk, c);
+    }
 }
 
 void contact_forces(Contact *c, double dt, double share, double time_end) {
@@ -436,8 +444,7 @@ static void apply_scales(Contact *c) {
 
 /* the velocities after the kick, and lists that are wide enough for them */
 static void refresh(Contact *c, double dt) {
-    gather_velocities(c);
-    contact_move_groups(c);
+    contact_move_groups(c, dt);
     if (c->pairs_wanted) {
         self_refresh(c, dt);
     }
@@ -454,7 +461,7 @@ static void guard_by_planes(Contact *c, double dt) {
     if (obstacles) {
         obstacle_impulses(c, dt);
     }
-    contact_move_changed_groups(c);
+    contact_move_changed_groups(c, dt);
     bool again = true;
     for (int round = 0; round < MOST_ROUNDS && again; round++) {
         if (self) {
@@ -464,7 +471,7 @@ static void guard_by_planes(Contact *c, double dt) {
             obstacle_shorten(c, dt);
         }
         apply_scales(c);
-        contact_move_changed_groups(c);
+        contact_move_changed_groups(c, dt);
         again = c->changed_count > 0 && self && self_check(c, dt);
         again = (c->changed_count > 0 && obstacles && obstacle_check(c, dt)) || again;
     }
@@ -473,7 +480,7 @@ static void guard_by_planes(Contact *c, double dt) {
             contact_shorten(c, i, 0.0);
         }
         apply_scales(c);
-        contact_move_changed_groups(c);
+        contact_move_changed_groups(c, dt);
         if (self) {
             self_check(c, dt);
         }

@@ -10,16 +10,12 @@
 #include "sim/contact/places.h"
 #include "sim/contact/quiet.h"
 #include "sim/contact/resting.h"
+#include "sim/contact/touched.h"
 
 /* A pair that is near in this step, and its group pair. */
 typedef struct DuePair {
     int pair, owner;
 } DuePair;
-
-/* [J] of some vertices in a step. */
-typedef struct Loss {
-    double damping, friction, guard;
-} Loss;
 
 /* What one contact does in this step, found for all of them at once and then added in turn. */
 typedef struct ContactForce {
@@ -39,19 +35,6 @@ typedef struct Twin {
     int key[3], pair; /* pair < 0: a free place */
 } Twin;
 
-/* What contact does to a vertex in the kick of this step; zero between steps. */
-typedef struct Push {
-    Vec3 force;       /* [N] */
-    double stiffness; /* [N/m] sum over contacts, see CONTACT_STABLE_SHARE */
-} Push;
-
-/* What takes energy out of a vertex in this step [N s]: the work of each is known when the guard has
- * settled the velocity, of which it meets the mean with that before the kick. */
-typedef struct Toll {
-    Vec3 damping, friction, inertia; /* inertia: what the kick kept from a crowded vertex */
-    Vec3 before;                     /* [m/s] */
-} Toll;
-
 /* How hard one kind of contact pushes, and what asks for more or less of it. */
 typedef struct Stiffness {
     double share;    /* of m / step^2 */
@@ -60,6 +43,7 @@ typedef struct Stiffness {
 } Stiffness;
 
 typedef struct Impulses Impulses;
+typedef struct GroupsMove GroupsMove;
 
 struct Contact {
     const ContactDef *def;
@@ -74,6 +58,11 @@ struct Contact {
     unsigned char *held;     /* (places.count) moved by a handle or a mesh's programme */
     MotionRows rows;         /* where those lie in the lanes */
     GroupMotion *motion;     /* (group_count) */
+    GroupsMove *moves;       /* of chunks of them */
+    Vec3 mean;               /* [m/s] of groups of cloth in the last step */
+    double fastest_relative; /* [m/s] no group is faster against `mean` */
+    bool outgrown;           /* does a group move too fast for its `near` at a solid? */
+    bool narrow;             /* ... so fast that the guard has to look at touches? */
     int *vertex_group_begin; /* (places.count + 1) */
     int *vertex_groups;      /* groups of every vertex */
     int *wanted;             /* (wanted_count) group pairs to be searched */
@@ -89,6 +78,7 @@ struct Contact {
     ContactForce *forces; /* (force_room) of the pairs or touches that push, one kind at a time */
     int force_room;
     int *pushing;        /* (pushing_count) which those are */
+    int *left;           /* (force_room) those that are added after the others */
     Follower *followers; /* (follower_count) of this step */
     int pushing_count, follower_count;
     DuePair *due_pairs; /* pairs evaluated in this step */
@@ -97,10 +87,10 @@ struct Contact {
     Twin *twins; /* (twin_room) hash table of contacts that already gave a force */
     int twin_room, twin_count;
     int *twin_places; /* (twin_count) used places of the table */
-    int *touched;     /* vertices with forces in this step, until its losses are counted */
-    unsigned char *is_touched;
-    int touched_count;
-    Loss *losses;                       /* of chunks of those touched */
+    unsigned char
+        *is_touched; /* (vertex_count, padded) by forces, until losses are counted: Touched */
+    bool some_touched;
+    Loss *losses;                       /* of chunks of vertices */
     Push *pushes;                       /* (vertex_count) */
     Toll *tolls;                        /* (vertex_count) of those touched */
     double step, kick_time, step_count; /* [s] of this step, of its kick; steps in this interval */
@@ -118,9 +108,12 @@ struct Contact {
     Touch *touches;            /* (touch_end) in blocks of groups, which are not full */
     double *touch_due;         /* [m] (touch_end) path of the group at which it must be looked at */
     int touch_count, touch_end, touch_room; /* touch_count: of all groups */
-    int *due_touches;
-    int *looked;       /* (touch_room) triangles of each group from its `begin` on */
-    int *near_touches; /* (touch_room) likewise */
+    int *due_touches;   /* (due_touch_count) that are near; listed where impulses or motions ask */
+    int *looked;        /* (touch_room) triangles of each group from its `begin` on */
+    EdgeEnds *edges;    /* (touch_room) likewise, of those that push and share an edge */
+    int *near_touches;  /* (touch_room) likewise */
+    LookSum *look_sums; /* of chunks of groups */
+    bool solids_move;
     int due_touch_count, due_group_count;
     Resting resting;                /* groups over flat faces */
     int *spent_groups;              /* (group_count x obstacle_count) that want to be searched */
@@ -166,9 +159,10 @@ static inline double contact_inertia(const Contact *c, double stiffness) {
     return stiffness * c->step * c->step / (scaled ? CONTACT_STABLE_SCALED : CONTACT_STABLE_SHARE);
 }
 
-/* groups.c: c->motion, while velocities are those of the lanes; of what the guard changed. */
-void contact_move_groups(Contact *c);
-void contact_move_changed_groups(Contact *c);
+/* groups.c: velocities from the lanes and how groups move by them in a step of dt; of what the guard changed. */
+void contact_move_groups(Contact *c, double dt);
+void contact_move_changed_groups(Contact *c, double dt);
+GroupsMove *contact_moves_create(int groups, Arena *arena);
 /* With the velocities at the end of a step in c->v: losses of those touched; then their sum. */
 ParallelLoop contact_losses_loop(Contact *c);
 void contact_sum_losses(Contact *c);

@@ -27,19 +27,6 @@ static inline Vec3 contact_carried(const Contact *c, int obstacle, Vec3 point, d
     return moves ? obstacle_velocity(c, obstacle, point, dt) : vec3(0.0, 0.0, 0.0);
 }
 
-/* Forces of c->pushing, from `begin` on. */
-typedef struct ContactForceJob {
-    Contact *c;
-    double dt, share;
-    int begin;
-} ContactForceJob;
-
-/* How many of them next: all for several threads; for one a few, added while they are in the cache. */
-static inline int contact_next_forces(const Contact *c, const ContactForceJob *job) {
-    int left = c->pushing_count - job->begin;
-    return parallel_threads() > 1 || left < CONTACT_FORCE_BLOCK ? left : CONTACT_FORCE_BLOCK;
-}
-
 /* Adds the share w of a force to a vertex. */
 static inline void contact_push(Contact *c, int place, double w, const ContactForce *force) {
     Toll *toll = &c->tolls[place];
@@ -48,8 +35,7 @@ static inline void contact_push(Contact *c, int place, double w, const ContactFo
     push->force = vec3_axpy(push->force, w, force->sum);
     push->stiffness += fabs(w) * force->stiffness;
     if (!c->is_touched[place]) {
-        c->is_touched[place] = 1;
-        c->touched[c->touched_count++] = place;
+        c->is_touched[place] = TOUCHED;
         *toll = (Toll){.damping = vec3_scale(impulse, force->damping),
                        .friction = vec3_scale(impulse, force->friction),
                        .before = contact_velocity(c, place)};
@@ -59,19 +45,32 @@ static inline void contact_push(Contact *c, int place, double w, const ContactFo
     toll->friction = vec3_axpy(toll->friction, impulse, force->friction);
 }
 
-/* Adds a force to the vertices of a contact. What it does to something that is carried is no loss. */
+/* What some forces do to what is carried, which is no loss; their fastest approach. */
+typedef struct ContactWork {
+    double approach, work, damping, friction;
+} ContactWork;
+
+/* Adds a force to the vertices of a contact. */
 static inline void contact_apply(Contact *c, const ContactForce *force, int count, const int *place,
-                                 const double *weight) {
-    ContactStatistics *s = &c->statistics;
-    s->approach = max2(s->approach, force->approach);
-    s->work += c->kick_time * vec3_dot(force->sum, force->carried);
-    s->damping += c->kick_time * vec3_dot(force->damping, force->carried);
-    s->friction += c->kick_time * vec3_dot(force->friction, force->carried);
+                                 const double *weight, ContactWork *sum) {
+    sum->approach = max2(sum->approach, force->approach);
+    sum->work += c->kick_time * vec3_dot(force->sum, force->carried);
+    sum->damping += c->kick_time * vec3_dot(force->damping, force->carried);
+    sum->friction += c->kick_time * vec3_dot(force->friction, force->carried);
     for (int k = 0; k < count; k++) {
         if (place[k] < c->def->vertex_count && weight[k] != 0.0) {
             contact_push(c, place[k], weight[k], force);
         }
     }
+}
+
+/* ... of this step */
+static inline void contact_note_work(Contact *c, const ContactWork *sum) {
+    ContactStatistics *s = &c->statistics;
+    s->approach = max2(s->approach, sum->approach);
+    s->work += sum->work;
+    s->damping += sum->damping;
+    s->friction += sum->friction;
 }
 
 /* The bristle follows the sliding velocity for `share_dt`, is cut to `limit` and answers with a

@@ -1,4 +1,4 @@
-/* groups.c: how every group moves in a step (motion.h). */
+/* groups.c: how every group moves in a step (motion.h), and what all of them do together. */
 #include <math.h>
 
 #include "sim/contact/engine.h"
@@ -7,13 +7,30 @@
 #define BLOCK_GRAIN 200
 #define MOVE_GRAIN 20
 
-static void move_group(Contact *c, int g) {
+/* What concerns all groups, of some. */
+struct GroupsMove {
+    Vec3 sum;        /* [m/s] of those of cloth */
+    double farthest; /* [m/s] from c->mean */
+    bool outgrown;   /* does so much motion of one exceed its `near` at a solid? */
+    bool narrow;     /* does it concern the guard there? */
+};
+
+static Vec3 velocity_of(const Contact *c, int place) {
+    const Lanes *lanes = c->view.lanes;
+    if (place >= c->def->vertex_count) {
+        return contact_velocity(c, place);
+    }
+    int slot = c->view.slot[place];
+    return vec3(lanes->v[0][slot], lanes->v[1][slot], lanes->v[2][slot]);
+}
+
+static void move_group(Contact *c, int g, Vec3 (*velocity)(const Contact *c, int place)) {
     const SurfaceGroup *group = &c->surface.groups[g];
     const int *vertices = c->surface.group_vertices;
-    Vec3 middle = contact_velocity(c, vertices[(group->vertex_begin + group->vertex_end) / 2]);
+    Vec3 middle = velocity(c, vertices[(group->vertex_begin + group->vertex_end) / 2]);
     double most = 0.0;
     for (int k = group->vertex_begin; k < group->vertex_end; k++) {
-        Vec3 d = vec3_sub(contact_velocity(c, vertices[k]), middle);
+        Vec3 d = vec3_sub(velocity(c, vertices[k]), middle);
         double square = vec3_dot(d, d);
         most = square > most ? square : most;
     }
@@ -21,31 +38,104 @@ static void move_group(Contact *c, int g) {
     c->motion[g] = (GroupMotion){middle, deviation, vec3_length(middle) + deviation};
 }
 
-static void other_chunk(int chunk, int first, int end, void *context) {
-    (void)chunk;
-    Contact *c = context;
-    for (int k = first; k < end; k++) {
-        move_group(c, c->rows.others[k]);
+/* may touches be so near, at the last look, that impulses or planes ask for them? */
+static bool is_narrow(const Contact *c, const GroupTouch *touch, int obstacle, double dt) {
+    double motion = dt * max2(CONTACT_IMPULSE_RESERVE, 1.0 / CONTACT_PLANE_SHARE) * touch->speed;
+    bool moves = c->def->obstacles[obstacle].moves;
+    return touch->count > 0 && (moves || touch->gap - CONTACT_IMPULSE_GAP * touch->dhat < motion);
+}
+
+/* tells the touches of a group its speed; `steps` as in GroupsMove.outgrown */
+static void add_group(Contact *c, int g, double steps, double dt, GroupsMove *all) {
+    const GroupMotion *motion = &c->motion[g];
+    double off = vec3_length(vec3_sub(motion->velocity, c->mean)) + motion->deviation;
+    all->farthest = max2(all->farthest, off);
+    if (g >= contact_cloth_groups(c)) {
+        return;
+    }
+    all->sum = vec3_add(all->sum, motion->velocity);
+    int obstacles = c->def->obstacle_count;
+    GroupTouch *touch = c->group_touches + (size_t)g * (size_t)obstacles;
+    for (int o = 0; o < obstacles; o++) {
+        touch[o].speed = motion->fastest + c->obstacle_speed[o];
+        all->outgrown = all->outgrown || steps * touch[o].speed * dt > touch[o].near;
+        all->narrow = all->narrow || is_narrow(c, &touch[o], o, dt);
     }
 }
 
+typedef struct MoveJob {
+    Contact *c;
+    double dt;
+} MoveJob;
+
 static void block_chunk(int chunk, int first, int end, void *context) {
-    (void)chunk;
-    Contact *c = context;
+    const MoveJob *job = context;
+    Contact *c = job->c;
+    GroupsMove all = {0};
     motion_bound(&c->rows, first, end, c->view.lanes->v, c->motion);
+    for (int k = first; k < end; k++) {
+        add_group(c, c->rows.blocks[k].group, CONTACT_LEAST_NEAR_STEPS, job->dt, &all);
+    }
+    c->moves[chunk] = all;
 }
 
-void contact_move_groups(Contact *c) {
-    ParallelLoop loops[] = {{c->rows.block_count, BLOCK_GRAIN, block_chunk, c},
-                            {c->rows.other_count, MOVE_GRAIN, other_chunk, c}};
-    parallel_for_all(loops, 2);
+static void other_chunk(int chunk, int first, int end, void *context) {
+    const MoveJob *job = context;
+    Contact *c = job->c;
+    GroupsMove all = {0};
+    for (int k = first; k < end; k++) {
+        int g = c->rows.others[k];
+        move_group(c, g, velocity_of);
+        add_group(c, g, CONTACT_LEAST_NEAR_STEPS, job->dt, &all);
+    }
+    c->moves[parallel_chunk_count(c->rows.block_count, BLOCK_GRAIN) + chunk] = all;
 }
 
-void contact_move_changed_groups(Contact *c) {
+GroupsMove *contact_moves_create(int groups, Arena *arena) {
+    int most = parallel_chunk_count(groups, BLOCK_GRAIN) + parallel_chunk_count(groups, MOVE_GRAIN);
+    return arena_push(arena, GroupsMove, most);
+}
+
+/* with the sum over chunks, in turn */
+static void take_moves(Contact *c) {
+    int chunks = parallel_chunk_count(c->rows.block_count, BLOCK_GRAIN) +
+                 parallel_chunk_count(c->rows.other_count, MOVE_GRAIN);
+    GroupsMove all = {0};
+    for (int p = 0; p < c->surface.panel_count; p++) {
+        all.farthest = c->surface.panels[p].still ? vec3_length(c->mean) : all.farthest;
+    }
+    for (int k = 0; k < chunks; k++) {
+        all.sum = vec3_add(all.sum, c->moves[k].sum);
+        all.farthest = max2(all.farthest, c->moves[k].farthest);
+        all.outgrown = all.outgrown || c->moves[k].outgrown;
+        all.narrow = all.narrow || c->moves[k].narrow;
+    }
+    c->fastest_relative = all.farthest;
+    c->outgrown = all.outgrown;
+    c->narrow = all.narrow;
+    c->mean = vec3_scale(1.0 / contact_cloth_groups(c), all.sum);
+}
+
+void contact_move_groups(Contact *c, double dt) {
+    MoveJob job = {c, dt};
+    MotionCopy copy = {&c->rows, c->view.lanes->v, c->v};
+    ParallelLoop loops[] = {motion_copy_loop(&copy),
+                            {c->rows.block_count, BLOCK_GRAIN, block_chunk, &job},
+                            {c->rows.other_count, MOVE_GRAIN, other_chunk, &job}};
+    parallel_for_all(loops, 3);
+    take_moves(c);
+}
+
+void contact_move_changed_groups(Contact *c, double dt) {
+    GroupsMove all = {.farthest = c->fastest_relative};
     for (int k = 0; k < c->changed_count; k++) {
         int place = c->changed[k];
         for (int m = c->vertex_group_begin[place]; m < c->vertex_group_begin[place + 1]; m++) {
-            move_group(c, c->vertex_groups[m]);
+            move_group(c, c->vertex_groups[m], contact_velocity);
+            add_group(c, c->vertex_groups[m], 1.0 / CONTACT_PLANE_SHARE, dt, &all);
         }
     }
+    c->fastest_relative = all.farthest;
+    c->outgrown = all.outgrown;
+    c->narrow = c->narrow || all.narrow;
 }

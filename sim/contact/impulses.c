@@ -59,8 +59,8 @@ void impulses_note_before(Contact *c, const Strike *s) {
     for (int a = 0; a < s->count; a++) {
         int place = s->place[a];
         if (place < c->def->vertex_count && !c->is_touched[place]) {
-            c->is_touched[place] = 1;
-            c->touched[c->touched_count++] = place;
+            c->is_touched[place] = TOUCHED;
+            c->some_touched = true;
             c->tolls[place] = (Toll){.before = contact_velocity(c, place)};
         }
     }

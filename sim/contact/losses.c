@@ -14,8 +14,9 @@ static void clear_chunk(int chunk, int first, int end, void *context) {
     const ClearJob *job = context;
     Contact *c = job->c;
     const Lanes *lanes = c->view.lanes;
-    for (int k = first; k < end; k++) {
-        int place = c->touched[k], slot = c->view.slot[place];
+    TouchedWalk walk = touched_walk(c->is_touched, first, end, true);
+    for (int place; (place = touched_next(&walk)) >= 0;) {
+        int slot = c->view.slot[place];
         double weight = lanes->weight[slot], own = c->weight_kept[place];
         if (weight < own) {
             Vec3 v = vec3(lanes->v[0][slot], lanes->v[1][slot], lanes->v[2][slot]);
@@ -30,14 +31,16 @@ static void clear_chunk(int chunk, int first, int end, void *context) {
 
 void contact_clear(Contact *c, Vec3 given) {
     ClearJob job = {c, given};
-    parallel_for(c->touched_count, CONTACT_VERTEX_GRAIN, clear_chunk, &job);
+    if (c->some_touched) {
+        parallel_for(c->def->vertex_count, CONTACT_VERTEX_GRAIN, clear_chunk, &job);
+    }
 }
 
 static void count_chunk(int chunk, int first, int end, void *context) {
     Contact *c = context;
     Loss sum = {0};
-    for (int k = first; k < end; k++) {
-        int place = c->touched[k];
+    TouchedWalk walk = touched_walk(c->is_touched, first, end, true);
+    for (int place; (place = touched_next(&walk)) >= 0;) {
         const Toll *toll = &c->tolls[place];
         Vec3 mean = vec3_scale(0.5, vec3_add(toll->before, contact_velocity(c, place)));
         sum.damping -= vec3_dot(mean, toll->damping);
@@ -48,12 +51,15 @@ static void count_chunk(int chunk, int first, int end, void *context) {
 }
 
 ParallelLoop contact_losses_loop(Contact *c) {
-    return (ParallelLoop){c->touched_count, CONTACT_VERTEX_GRAIN, count_chunk, c};
+    int count = c->some_touched ? c->def->vertex_count : 0;
+    return (ParallelLoop){count, CONTACT_VERTEX_GRAIN, count_chunk, c};
 }
 
 void contact_sum_losses(Contact *c) {
     ContactStatistics *s = &c->statistics;
-    for (int k = 0; k < parallel_chunk_count(c->touched_count, CONTACT_VERTEX_GRAIN); k++) {
+    int chunks =
+        c->some_touched ? parallel_chunk_count(c->def->vertex_count, CONTACT_VERTEX_GRAIN) : 0;
+    for (int k = 0; k < chunks; k++) {
         s->damping += c->losses[k].damping;
         s->friction += c->losses[k].friction;
         s->guard += c->losses[k].guard;
@@ -64,8 +70,8 @@ void contact_sum_losses(Contact *c) {
         Vec3 before = c->is_touched[place] ? c->tolls[place].before : kicked;
         s->guard -= 0.5 * c->def->mass[place] * vec3_dot(vec3_sub(v, kicked), vec3_add(before, v));
     }
-    for (int k = 0; k < c->touched_count; k++) {
-        c->is_touched[c->touched[k]] = 0;
+    if (c->some_touched) {
+        memset(c->is_touched, UNTOUCHED, (size_t)c->def->vertex_count);
+        c->some_touched = false;
     }
-    c->touched_count = 0;
 }

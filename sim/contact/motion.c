@@ -2,8 +2,6 @@
 
 #include <string.h>
 
-#include "sim/base/parallel.h"
-
 #define LONGEST_RUN 256 /* vertices: a share of what a thread takes at once */
 #define RUN_GRAIN 26    /* runs a thread takes at once, some 2 to 5 us */
 
@@ -90,21 +88,14 @@ void motion_rows_set(MotionRows *rows, const Surface *surface, const int *slot, 
     }
 }
 
-typedef struct RowsJob {
-    const MotionRows *rows;
-    double *const *lanes; /* 3 */
-    double *out;
-} RowsJob;
-
 static void copy_chunk(int chunk, int first, int end, void *context) {
     (void)chunk;
-    const RowsJob *job = context;
-    job->rows->kernel->copy(job->rows->runs + first, end - first, job->lanes, job->out);
+    const MotionCopy *copy = context;
+    copy->rows->kernel->copy(copy->rows->runs + first, end - first, copy->lanes, copy->out);
 }
 
-void motion_copy(const MotionRows *rows, double *const lanes[3], double *out) {
-    RowsJob job = {.rows = rows, .lanes = lanes, .out = out};
-    parallel_for(rows->run_count, RUN_GRAIN, copy_chunk, &job);
+ParallelLoop motion_copy_loop(MotionCopy *copy) {
+    return (ParallelLoop){copy->rows->run_count, RUN_GRAIN, copy_chunk, copy};
 }
 
 void motion_bound(const MotionRows *rows, int first, int end, double *const v[3],

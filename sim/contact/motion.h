@@ -5,6 +5,7 @@
 #define TOILE_CONTACT_MOTION_H
 
 #include "sim/base/arena.h"
+#include "sim/base/parallel.h"
 #include "sim/base/vec.h"
 #include "sim/base/vector.h"
 #include "sim/contact/surface.h"
@@ -51,8 +52,14 @@ MotionRows motion_rows_create(const Surface *surface, int vertex_count, Arena *a
 /* slot: (vertex_count). Does nothing while those stay. */
 void motion_rows_set(MotionRows *rows, const Surface *surface, const int *slot, int vertex_count);
 
-/* out: (vertex_count x 3) */
-void motion_copy(const MotionRows *rows, double *const lanes[3], double *out);
+/* From the lanes to out: (vertex_count x 3). */
+typedef struct MotionCopy {
+    const MotionRows *rows;
+    double *const *lanes; /* 3 */
+    double *out;
+} MotionCopy;
+
+ParallelLoop motion_copy_loop(MotionCopy *copy);
 /* Of the groups that are blocks first .. end - 1; motion: (group_count). */
 void motion_bound(const MotionRows *rows, int first, int end, double *const v[3],
                   GroupMotion *motion);

@@ -56,13 +56,6 @@ static ContactForce force_of(const Contact *c, Touch *touch, double dt, double s
     return force;
 }
 
-/* the touch that already stands for the same edge, or -1 */
-static int find_twin(Contact *c, const Touch *touch, int index) {
-    int key[3] = {touch->obstacle};
-    feature_ends(touch->feature, touch->place, &key[1], &key[2]);
-    return contact_find_twin(c, key, index);
-}
-
 static bool all_held(const Contact *c, const Touch *touch) {
     bool held = true;
     for (int k = 0; k < touch_corners(touch); k++) {
@@ -89,7 +82,9 @@ static void choose_pushing(Contact *c) {
         for (int m = group->begin; m < group->begin + group->pushing; m++) {
             bool edge = c->looked[m] < 0;
             int t = edge ? -1 - c->looked[m] : c->looked[m];
-            int twin = edge ? find_twin(c, &c->touches[t], t) : -1;
+            int key[3] = {c->due_groups[k] % c->def->obstacle_count, c->edges[m].low,
+                          c->edges[m].high};
+            int twin = edge ? contact_find_twin(c, key, t) : -1;
             if (twin >= 0) {
                 c->followers[c->follower_count++] = (Follower){t, twin};
             } else {
@@ -99,27 +94,79 @@ static void choose_pushing(Contact *c) {
     }
 }
 
-static void find_forces(int chunk, int first, int end, void *context) {
-    (void)chunk;
-    const ContactForceJob *job = context;
-    Contact *c = job->c;
-    for (int k = first; k < end; k++) {
-        c->forces[k] = force_of(c, &c->touches[c->pushing[job->begin + k]], job->dt, job->share);
+/* Forces of c->pushing, in parts whose number depends on nothing but theirs. Cloth is numbered as its groups
+ * are, so that most of them push vertices of their own part alone. */
+typedef struct PushJob {
+    Contact *c;
+    double dt, share;
+    int split[CONTACT_PARTS + 1]; /* first vertex of each part */
+    int left[CONTACT_PARTS];      /* forces that push vertices of several */
+    ContactWork work[CONTACT_PARTS];
+} PushJob;
+
+static bool is_within(const Touch *touch, int first, int end) {
+    bool within = true;
+    for (int k = 0; k < touch_corners(touch); k++) {
+        within = within && touch->place[k] >= first && touch->place[k] < end;
     }
+    return within;
+}
+
+static void apply(Contact *c, const Touch *touch, const ContactForce *force, ContactWork *work) {
+    contact_apply(c, force, touch_corners(touch), touch->place, touch_weights(touch), work);
+}
+
+/* the numbers of those that are left go to c->left, from the first of the part on */
+static void push_part(int part, int first, int end, void *context) {
+    PushJob *job = context;
+    Contact *c = job->c;
+    int left = 0;
+    for (int k = first; k < end; k++) {
+        Touch *touch = &c->touches[c->pushing[k]];
+        ContactForce force = force_of(c, touch, job->dt, job->share);
+        if (is_within(touch, job->split[part], job->split[part + 1])) {
+            apply(c, touch, &force, &job->work[part]);
+        } else {
+            c->forces[k] = force;
+            c->left[first + left++] = k;
+        }
+    }
+    job->left[part] = left;
+}
+
+/* where each part begins; returns how many forces a part has */
+static int split_vertices(PushJob *job) {
+    const Contact *c = job->c;
+    int share = (c->pushing_count + CONTACT_PARTS - 1) / CONTACT_PARTS;
+    int grain = share > CONTACT_LEAST_PART ? share : CONTACT_LEAST_PART;
+    int parts = parallel_chunk_count(c->pushing_count, grain);
+    job->split[0] = 0;
+    for (int p = 1; p < parts; p++) {
+        int place = c->touches[c->pushing[p * grain]].place[0];
+        job->split[p] = place > job->split[p - 1] ? place : job->split[p - 1];
+    }
+    job->split[parts] = c->def->vertex_count;
+    return grain;
+}
+
+static void push_all(Contact *c, double dt, double share) {
+    PushJob job = {.c = c, .dt = dt, .share = share};
+    int grain = split_vertices(&job);
+    parallel_for(c->pushing_count, grain, push_part, &job);
+    for (int p = 0; p < parallel_chunk_count(c->pushing_count, grain); p++) {
+        for (int m = p * grain; m < p * grain + job.left[p]; m++) {
+            int k = c->left[m];
+            apply(c, &c->touches[c->pushing[k]], &c->forces[k], &job.work[p]);
+        }
+        contact_note_work(c, &job.work[p]);
+    }
+    c->some_touched = c->some_touched || c->pushing_count > 0;
 }
 
 void obstacle_forces(Contact *c, double dt, double share) {
     obstacle_find(c, dt);
     choose_pushing(c);
-    ContactForceJob job = {c, dt, share, 0};
-    for (int count; (count = contact_next_forces(c, &job)) > 0; job.begin += count) {
-        parallel_for(count, CONTACT_FORCE_GRAIN, find_forces, &job);
-        for (int k = 0; k < count; k++) {
-            const Touch *touch = &c->touches[c->pushing[job.begin + k]];
-            contact_apply(c, &c->forces[k], touch_corners(touch), touch->place,
-                          touch_weights(touch));
-        }
-    }
+    push_all(c, dt, share);
     resting_forces(c, dt, share);
     for (int k = 0; k < c->follower_count; k++) {
         c->touches[c->followers[k].second].bristle = c->touches[c->followers[k].first].bristle;
@@ -128,24 +175,8 @@ void obstacle_forces(Contact *c, double dt, double share) {
 
 /* ---- guard ---- */
 
-/* Speeds of all groups. Does so many times the motion of one in dt exceed its `near`? */
-static bool take_speeds(Contact *c, double times, double dt) {
-    int obstacles = c->def->obstacle_count;
-    GroupTouch *group = c->group_touches;
-    bool exceeds = false;
-    for (int g = 0; g < contact_cloth_groups(c); g++) {
-        double fastest = c->motion[g].fastest;
-        for (int o = 0; o < obstacles; o++, group++) {
-            group->speed = fastest + c->obstacle_speed[o];
-            exceeds |= times * group->speed * dt > group->near;
-        }
-    }
-    return exceeds;
-}
-
 void obstacle_refresh(Contact *c, double dt) {
-    bool outgrown = take_speeds(c, CONTACT_LEAST_NEAR_STEPS, dt);
-    if (outgrown && obstacle_search(c, dt)) {
+    if (c->outgrown && obstacle_search(c, dt)) {
         obstacle_look(c);
     }
 }
@@ -197,6 +228,9 @@ static bool concerns_guard(Contact *c, int owner, double motion) {
 }
 
 void obstacle_impulses(Contact *c, double dt) {
+    if (!c->narrow) {
+        return;
+    }
     double before = c->statistics.impulses;
     for (int k = 0; k < c->due_group_count; k++) {
         const GroupTouch *group = &c->group_touches[c->due_groups[k]];
@@ -210,6 +244,9 @@ void obstacle_impulses(Contact *c, double dt) {
 }
 
 void obstacle_shorten(Contact *c, double dt) {
+    if (!c->narrow) {
+        return;
+    }
     Points x = contact_positions(c);
     for (int k = 0; k < c->due_group_count; k++) {
         const GroupTouch *group = &c->group_touches[c->due_groups[k]];
@@ -222,11 +259,10 @@ void obstacle_shorten(Contact *c, double dt) {
 }
 
 bool obstacle_check(Contact *c, double dt) {
-    bool again = take_speeds(c, 1.0 / CONTACT_PLANE_SHARE, dt);
-    if (again && obstacle_search(c, dt)) {
+    if (c->outgrown && obstacle_search(c, dt)) {
         obstacle_look(c);
     }
-    return again;
+    return c->outgrown;
 }
 
 /* [J] of a touch that is due */

@@ -23,6 +23,7 @@ static void make_touch_room(Contact *c, int room) {
     c->touch_due = arena_grow(c->arena, double, c->touch_due, c->touch_end, room);
     c->due_touches = arena_push(c->arena, int, room); /* a look follows */
     c->looked = arena_push(c->arena, int, room);
+    c->edges = arena_push(c->arena, EdgeEnds, room);
     c->near_touches = arena_push(c->arena, int, room);
     resting_make_room(&c->resting, c->touch_end, room, c->arena);
     c->touch_room = room;
@@ -309,22 +310,38 @@ static void close_up(Contact *c, GroupTouch *group) {
 
 static void list_pushing(Contact *c, GroupTouch *group) {
     for (int m = group->begin; m < group->begin + group->near_count; m++) {
-        int t = c->near_touches[m];
-        TouchPush push = obstacle_push(c, &c->touches[t]);
+        int t = c->near_touches[m], next = group->begin + group->pushing;
+        const Touch *touch = &c->touches[t];
+        TouchPush push = obstacle_push(c, touch);
         if (push == TOUCH_LETS_GO) {
             obstacle_forget(c, &c->touches[t]);
-        } else {
-            c->looked[group->begin + group->pushing++] = push == TOUCH_PUSHES ? t : -1 - t;
+            continue;
         }
+        if (push == TOUCH_SHARES_EDGE) {
+            EdgeEnds *edge = &c->edges[next];
+            feature_ends(touch->feature, touch->place, &edge->low, &edge->high);
+        }
+        c->looked[next] = push == TOUCH_PUSHES ? t : -1 - t;
+        group->pushing++;
     }
 }
 
+static void sum_group(const Contact *c, int owner, LookSum *sum) {
+    GroupTouch *group = &c->group_touches[owner];
+    sum->listed += group->count - group->listed;
+    sum->near += group->near_count;
+    sum->resting += resting_count(&c->resting, owner);
+    sum->gap = min2(sum->gap, group->gap);
+    sum->room = group->count > 0 ? min2(sum->room, group->gap / group->dhat) : sum->room;
+    group->listed = group->count;
+}
+
 static void triangle_chunk(int chunk, int first, int end, void *context) {
-    (void)chunk;
     const LookJob *job = context;
     Contact *c = job->c;
     Corners corners;
     corners_clear(&corners);
+    LookSum sum = {.gap = INFINITY, .room = INFINITY};
     for (int k = first; k < end; k++) {
         int owner = c->due_groups[k];
         GroupTouch *group = &c->group_touches[owner];
@@ -341,7 +358,9 @@ static void triangle_chunk(int chunk, int first, int end, void *context) {
         if (job->aim == LOOK_PUSHING && !resting_holds(&c->resting, owner)) {
             list_pushing(c, group);
         }
+        sum_group(c, owner, &sum);
     }
+    c->look_sums[chunk] = sum;
 }
 
 /* the groups that spent their path; a look follows */
@@ -359,8 +378,8 @@ static void search_spent(Contact *c, double dt) {
     c->statistics.rebuilds += count > 0;
 }
 
-/* at all groups that are due */
-static void look(Contact *c, LookAim aim) {
+/* at all groups that are due; returns what was found */
+static LookSum look(Contact *c, LookAim aim) {
     LookJob job = {c, contact_positions(c), aim};
     int owners = contact_owners(c);
     if (!c->touches_asked) {
@@ -370,11 +389,16 @@ static void look(Contact *c, LookAim aim) {
     c->due_group_count = parallel_close_up(c->due_groups, c->due_counts, owners, OWNER_GRAIN);
     parallel_for(c->due_group_count, LOOK_GRAIN, vertex_chunk, &job);
     parallel_for(c->due_group_count, LOOK_GRAIN, triangle_chunk, &job);
-    for (int k = 0; k < c->due_group_count; k++) {
-        GroupTouch *group = &c->group_touches[c->due_groups[k]];
-        c->touch_count += group->count - group->listed;
-        group->listed = group->count;
+    LookSum sum = {.gap = INFINITY, .room = INFINITY};
+    for (int k = 0; k < parallel_chunk_count(c->due_group_count, LOOK_GRAIN); k++) {
+        sum.listed += c->look_sums[k].listed;
+        sum.near += c->look_sums[k].near;
+        sum.resting += c->look_sums[k].resting;
+        sum.gap = min2(sum.gap, c->look_sums[k].gap);
+        sum.room = min2(sum.room, c->look_sums[k].room);
     }
+    c->touch_count += sum.listed;
+    return sum;
 }
 
 void obstacle_begin(Contact *c, double dt) {
@@ -401,32 +425,37 @@ void obstacle_begin(Contact *c, double dt) {
     c->touch_memory_count = c->due_group_count = 0;
 }
 
-static void look_near(Contact *c, LookAim aim) {
-    look(c, aim);
+static void list_due(Contact *c) {
     c->due_touch_count = 0;
     for (int k = 0; k < c->due_group_count; k++) {
         const GroupTouch *group = &c->group_touches[c->due_groups[k]];
-        c->statistics.evaluations += resting_count(&c->resting, c->due_groups[k]);
         memcpy(c->due_touches + c->due_touch_count, c->near_touches + group->begin,
                (size_t)group->near_count * sizeof *c->due_touches);
         c->due_touch_count += group->near_count;
     }
-    c->statistics.evaluations += c->due_touch_count;
-    c->statistics.pairs += c->touch_count;
 }
 
-void obstacle_look(Contact *c) { look_near(c, LOOK_NEAR); }
+static LookSum look_near(Contact *c, LookAim aim) {
+    LookSum sum = look(c, aim);
+    if (c->impulses || c->solids_move) {
+        list_due(c);
+    }
+    c->due_touch_count = sum.near;
+    c->statistics.evaluations += sum.resting + sum.near;
+    c->statistics.pairs += c->touch_count;
+    return sum;
+}
+
+void obstacle_look(Contact *c) {
+    look_near(c, LOOK_NEAR);
+    c->narrow = true;
+}
 
 void obstacle_find(Contact *c, double dt) {
     search_spent(c, dt);
-    look_near(c, c->impulses ? LOOK_NEAR : LOOK_PUSHING);
-    for (int k = 0; k < c->due_group_count; k++) {
-        const GroupTouch *group = &c->group_touches[c->due_groups[k]];
-        c->statistics.smallest_gap = min2(c->statistics.smallest_gap, group->gap);
-        if (group->count > 0) {
-            c->at_solids.room = min2(c->at_solids.room, group->gap / group->dhat);
-        }
-    }
+    LookSum sum = look_near(c, c->impulses ? LOOK_NEAR : LOOK_PUSHING);
+    c->statistics.smallest_gap = min2(c->statistics.smallest_gap, sum.gap);
+    c->at_solids.room = min2(c->at_solids.room, sum.room);
 }
 
 int obstacle_remember(const Contact *c, PairMemory *memory, int room) {

@@ -32,9 +32,10 @@ static inline Batch batch_at(const PathRows *rows, int first) {
 }
 
 /* as a number: bytes among them would make vectors of bytes */
-static inline double answer(double next, double limit, double earliest) {
+static inline double answer(double next, double motion, double limit, double earliest) {
     double spent = next > limit ? PATH_SPENT : 0.0, due = next >= earliest ? PATH_DUE : 0.0;
-    return spent + due;
+    double soon = next + CONTACT_SOON_STEPS * motion > limit ? PATH_SOON : 0.0;
+    return spent + soon + due;
 }
 
 static inline void write_flags(unsigned char *restrict flags, const double *restrict answers,
@@ -57,11 +58,11 @@ static void ask(const PathRows *rows, const GroupMotion *motion, const PathQuest
         VECTOR_LOOP
         for (int k = 0; k < count; k++) {
             double speed = __builtin_sqrt(m.square[k]) + m.deviation_a[k] + m.deviation_b[k];
-            double next = b.path[k] + speed * dt;
-            double wanted = steps * speed * dt > share * b.near[k] ? PATH_WANTED : 0.0;
+            double moved = speed * dt, next = b.path[k] + moved;
+            double wanted = steps * moved > share * b.near[k] ? PATH_WANTED : 0.0;
             b.speed[k] = speed;
             b.next[k] = next;
-            answers[k] = wanted + answer(next, b.limit[k], b.earliest[k]);
+            answers[k] = wanted + answer(next, moved, b.limit[k], b.earliest[k]);
         }
         write_flags(rows->flags + at, answers, count);
     }
@@ -74,9 +75,9 @@ static void advance(const PathRows *rows, int first, int end, double dt) {
         Batch b = batch_at(rows, at);
         VECTOR_LOOP
         for (int k = 0; k < count; k++) {
-            double next = b.path[k] + b.speed[k] * dt;
+            double moved = b.speed[k] * dt, next = b.path[k] + moved;
             b.next[k] = next;
-            answers[k] = answer(next, b.limit[k], b.earliest[k]);
+            answers[k] = answer(next, moved, b.limit[k], b.earliest[k]);
         }
         write_flags(rows->flags + at, answers, count);
     }

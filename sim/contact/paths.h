@@ -15,7 +15,8 @@ typedef struct PathEnds {
 enum {
     PATH_WANTED = 1, /* must it be searched at its speed? */
     PATH_SPENT = 2,  /* ... because its path will pass its limit? */
-    PATH_DUE = 4     /* must pairs of it be looked at then? */
+    PATH_SOON = 4,   /* ... in CONTACT_SOON_STEPS more? */
+    PATH_DUE = 8     /* must pairs of it be looked at then? */
 };
 
 /* (room) each */

@@ -8,25 +8,12 @@
 
 #define GROUP_GRAIN 8 /* groups that a thread takes at once, some 10 us */
 
-static int most_vertices(const Surface *surface) {
-    int most = 1;
-    for (int g = 0; g < surface->group_count; g++) {
-        const SurfaceGroup *group = &surface->groups[g];
-        int count = group->vertex_end - group->vertex_begin;
-        most = count > most ? count : most;
-    }
-    return most;
-}
-
-Resting resting_create(const Surface *surface, int owners, Arena *arena) {
+Resting resting_create(int owners, Arena *arena) {
     static RestKernel *const *const kernels[] = {&rest_kernel_scalar, &rest_kernel_sse2,
                                                  &rest_kernel_avx2, &rest_kernel_avx512};
-    int chunks = parallel_chunk_count(owners, GROUP_GRAIN), most = most_vertices(surface);
+    int chunks = parallel_chunk_count(owners, GROUP_GRAIN);
     Resting resting = {.groups = arena_push(arena, RestGroup, owners),
-                       .most_vertices = most,
-                       .alone = arena_push(arena, int, (size_t)owners *(size_t)most),
-                       .alone_counts = arena_push(arena, int, chunks),
-                       .approach = arena_push(arena, double, chunks),
+                       .pushes = arena_push(arena, RestPush, chunks),
                        .kernel = *kernels[vector_best()]};
     resting_clear(&resting, owners);
     return resting;
@@ -177,16 +164,14 @@ static void push_alone(Contact *c, int place, const ContactForce *force) {
     lanes->f[1][slot] += force->sum.y;
     lanes->f[2][slot] += force->sum.z;
     lanes->weight[slot] = inertia * own > 1.0 ? 1.0 / inertia : own;
-    c->is_touched[place] = 1;
+    c->is_touched[place] = TOUCHED_ALONE;
     c->tolls[place] = (Toll){.damping = vec3_scale(c->kick_time, force->damping),
                              .friction = vec3_scale(c->kick_time, force->friction),
                              .before = contact_velocity(c, place)};
 }
 
-/* the vertices from `first` on; returns the fastest approach of those that push, and adds those that nothing
- * else touches to `alone` */
-static double push_rows(const RestJob *job, int owner, int first, int count, int *alone,
-                        int *alone_count) {
+/* the vertices from `first` on */
+static void push_rows(const RestJob *job, int owner, int first, int count, RestPush *sum) {
     Contact *c = job->c;
     Resting *r = &c->resting;
     Vec3 n = r->groups[owner].normal;
@@ -206,44 +191,39 @@ static double push_rows(const RestJob *job, int owner, int first, int count, int
     }
     fill_rows(&rows, count, vectors * REST_VECTOR);
     r->kernel(&face, &rows, vectors);
-    double approach = 0.0;
     for (int k = 0; k < count; k++) {
         int place = r->place[first + k];
         double *bristle = contact_vertex_bristle(c, place, obstacle);
         bool pushes = rows.distance[k] < face.dhat;
-        bool is_alone = pushes && !c->is_touched[place];
         ContactForce force = force_of(&rows, k, n);
-        if (is_alone) {
+        if (pushes && c->is_touched[place] == UNTOUCHED) {
             push_alone(c, place, &force);
-            alone[(*alone_count)++] = place;
         } else if (pushes) {
             contact_push(c, place, 1.0, &force);
         }
         for (int a = 0; a < 3; a++) {
             bristle[a] = rows.bristle[a][k];
         }
-        approach = pushes ? max2(approach, rows.approach[k]) : approach;
+        if (pushes) {
+            *sum = (RestPush){true, max2(sum->approach, rows.approach[k])};
+        }
     }
-    return approach;
 }
 
 static void force_chunk(int chunk, int first, int end, void *context) {
     const RestJob *job = context;
     Contact *c = job->c;
     Resting *r = &c->resting;
-    int *alone = r->alone + (size_t)first * (size_t)r->most_vertices, alone_count = 0;
-    double approach = 0.0;
+    RestPush sum = {0};
     for (int k = first; k < end; k++) {
         int owner = c->due_groups[k], begin = c->group_touches[owner].begin;
         int count = resting_count(r, owner);
         for (int m = 0; m < count; m += REST_BATCH) {
             int rows = count - m < REST_BATCH ? count - m : REST_BATCH;
-            double fastest = push_rows(job, owner, begin + m, rows, alone, &alone_count);
-            approach = max2(approach, fastest);
+            push_rows(job, owner, begin + m, rows, &sum);
         }
     }
-    r->alone_counts[chunk] = alone_count;
-    r->approach[chunk] = approach;
+    r->pushes[chunk] = sum;
 }
 
 void resting_forces(Contact *c, double dt, double share) {
@@ -251,15 +231,7 @@ void resting_forces(Contact *c, double dt, double share) {
     double *approach = &c->statistics.approach;
     parallel_for(c->due_group_count, GROUP_GRAIN, force_chunk, &job);
     for (int k = 0; k < parallel_chunk_count(c->due_group_count, GROUP_GRAIN); k++) {
-        *approach = max2(*approach, c->resting.approach[k]);
+        *approach = max2(*approach, c->resting.pushes[k].approach);
+        c->some_touched = c->some_touched || c->resting.pushes[k].some;
     }
-}
-
-void resting_note(Contact *c) {
-    const Resting *r = &c->resting;
-    int most = r->most_vertices;
-    int count =
-        parallel_close_up(r->alone, r->alone_counts, c->due_group_count * most, GROUP_GRAIN * most);
-    memcpy(c->touched + c->touched_count, r->alone, (size_t)count * sizeof *c->touched);
-    c->touched_count += count;
 }

@@ -14,6 +14,12 @@ typedef struct RestGroup {
     int count; /* its vertices */
 } RestGroup;
 
+/* What some of them did. */
+typedef struct RestPush {
+    bool some;
+    double approach; /* [m/s] fastest of those that push */
+} RestPush;
+
 /* All of them. */
 typedef struct Resting {
     RestGroup *groups; /* (group_count x obstacle_count) */
@@ -21,16 +27,11 @@ typedef struct Resting {
     int *place;
     double *level;    /* [m] as in Touch */
     double *distance; /* [m] at the last look */
-    /* (group_count x obstacle_count x most_vertices) those whose forces of this step went to the lanes: of
-     * each chunk of groups from the place of its first group on */
-    int *alone;
-    int most_vertices; /* of any group */
-    int *alone_counts; /* of chunks */
-    double *approach;  /* [m/s] fastest of each chunk */
+    RestPush *pushes; /* of each chunk of groups, in this step */
     RestKernel *kernel;
 } Resting;
 
-Resting resting_create(const Surface *surface, int owners, Arena *arena);
+Resting resting_create(int owners, Arena *arena);
 void resting_clear(Resting *resting, int owners); /* nothing rests */
 void resting_make_room(Resting *resting, int used, int room, Arena *arena);
 
@@ -53,7 +54,5 @@ void resting_wake(Contact *c, int owner);
 
 /* Forces of the groups of this look, after those of all other contacts. */
 void resting_forces(Contact *c, double dt, double share);
-/* After forces were handed over: notes vertices whose forces went to the lanes. */
-void resting_note(Contact *c);
 
 #endif

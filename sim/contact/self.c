@@ -11,27 +11,8 @@
 /* what a thread takes at once, some 10 us: group pairs to be asked, to be evaluated */
 #define OWNER_GRAIN 1000
 #define BLOCK_GRAIN 16
-
-/* [m/s] fastest motion of any group relative to the mean of the cloth */
-static double fastest_group(const Contact *c) {
-    const Surface *s = &c->surface;
-    Vec3 mean = {0, 0, 0};
-    int count = contact_cloth_groups(c);
-    for (int g = 0; g < count; g++) {
-        mean = vec3_axpy(mean, 1.0 / count, c->motion[g].velocity);
-    }
-    double most = 0.0;
-    for (int p = 0; p < s->panel_count; p++) {
-        bool still = s->panels[p].still;
-        most = still ? max2(most, vec3_length(mean)) : most;
-        for (int g = s->first_group[p]; g < s->first_group[p + 1] && !still; g++) {
-            double speed =
-                vec3_length(vec3_sub(c->motion[g].velocity, mean)) + c->motion[g].deviation;
-            most = max2(most, speed);
-        }
-    }
-    return most;
-}
+#define FORCE_GRAIN 32 /* some 1 us */
+#define FORCE_BLOCK 32 /* likewise of one thread alone: added while in its cache */
 
 /* ---- lists ---- */
 
@@ -246,7 +227,7 @@ static void search(Contact *c, double dt) {
 
 static void remake(Contact *c, double dt) {
     Points x = contact_positions(c);
-    double fastest = 2.0 * fastest_group(c) * dt;
+    double fastest = 2.0 * c->fastest_relative * dt;
     double least = c->def->distance * (1.0 + CONTACT_LEAST_SLACK) +
                    (CONTACT_NEAR_STEPS + CONTACT_SLACK_STEPS) * fastest;
     lists_remake(&c->lists, &x, least);
@@ -365,7 +346,8 @@ void self_find(Contact *c, double dt) {
     if (!c->advanced) {
         advance(c, 0.0);
     }
-    if (c->wanted_count > 0) {
+    if (c->wanted_count > 0) { /* few large searches share more than many small ones */
+        c->wanted_count = collect(l->paths.flags, 0, l->group_pair_count, PATH_SOON, c->wanted);
         search(c, dt);
     } else {
         evaluate(c);
@@ -379,9 +361,22 @@ void self_find(Contact *c, double dt) {
     }
 }
 
+/* Forces of c->pushing, from `begin` on. */
+typedef struct ForceJob {
+    Contact *c;
+    double dt, share;
+    int begin;
+} ForceJob;
+
+/* How many of them next: all for several threads; for one a few, added while they are in the cache. */
+static int next_forces(const ForceJob *job) {
+    int left = job->c->pushing_count - job->begin;
+    return parallel_threads() > 1 || left < FORCE_BLOCK ? left : FORCE_BLOCK;
+}
+
 static void find_forces(int chunk, int first, int end, void *context) {
     (void)chunk;
-    const ContactForceJob *job = context;
+    const ForceJob *job = context;
     Contact *c = job->c;
     for (int k = first; k < end; k++) {
         c->forces[k] =
@@ -393,14 +388,17 @@ void self_forces(Contact *c, double dt, double share) {
     self_find(c, dt);
     choose_pushing(c);
     Pair *pairs = c->lists.pairs;
-    ContactForceJob job = {c, dt, share, 0};
-    for (int count; (count = contact_next_forces(c, &job)) > 0; job.begin += count) {
-        parallel_for(count, CONTACT_FORCE_GRAIN, find_forces, &job);
+    ForceJob job = {c, dt, share, 0};
+    ContactWork work = {0};
+    for (int count; (count = next_forces(&job)) > 0; job.begin += count) {
+        parallel_for(count, FORCE_GRAIN, find_forces, &job);
         for (int k = 0; k < count; k++) {
             const Pair *pair = &pairs[c->pushing[job.begin + k]];
-            contact_apply(c, &c->forces[k], 4, pair->place, pair->weight);
+            contact_apply(c, &c->forces[k], 4, pair->place, pair->weight, &work);
         }
     }
+    contact_note_work(c, &work);
+    c->some_touched = c->some_touched || c->pushing_count > 0;
     for (int k = 0; k < c->follower_count; k++) { /* whichever is first after a search */
         pairs[c->followers[k].second].bristle = pairs[c->followers[k].first].bristle;
     }
@@ -426,7 +424,7 @@ double self_energy(Contact *c, double dt) {
 /* with the velocities after the kick */
 void self_refresh(Contact *c, double dt) {
     Lists *l = &c->lists;
-    double step = 2.0 * fastest_group(c) * dt;
+    double step = 2.0 * c->fastest_relative * dt;
     bool remade = l->spent + step > l->reach - l->widest;
     if (remade) {
         remake(c, dt);
@@ -518,7 +516,7 @@ void self_shorten(Contact *c, double dt) {
 }
 
 bool self_check(Contact *c, double dt) {
-    c->level_step = max2(c->level_step, 2.0 * fastest_group(c) * dt);
+    c->level_step = max2(c->level_step, 2.0 * c->fastest_relative * dt);
     ask_all(c, OUTRUN, dt);
     bool again = c->wanted_count > 0;
     if (again) {

@@ -44,6 +44,20 @@ typedef struct GroupTouch {
     int pushing; /* ... after a look for forces: touches that push; -1 - touch: it shares an edge */
 } GroupTouch;
 
+/* Vertices of an edge. */
+typedef struct EdgeEnds {
+    int low, high;
+} EdgeEnds;
+
+/* What a look at some groups found. */
+typedef struct LookSum {
+    int listed;  /* touches more than before */
+    int near;    /* that are near */
+    int resting; /* vertices of groups that rest */
+    double gap;  /* [m] smallest */
+    double room; /* smallest gap / contact distance */
+} LookSum;
+
 /* Distance and normal of a vertex at an obstacle, kept while positions stay. */
 typedef struct VertexDistance {
     long stamp;
