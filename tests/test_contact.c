@@ -5,11 +5,11 @@
 #include "sim/base/parallel.h"
 #include "sim/geom/closest.h"
 #include "tests/support/check.h"
+#include "tests/support/contacts.h"
 #include "tests/support/play.h"
 
-#define FABRIC                                                                                     \
-    "fabric: {weight: 150 g/m2, thickness: 1 mm, stretch: {warp: 1000 N/m, weft: 1000 N/m, "       \
-    "poisson: 0.3}, shear: 385 N/m, bending: {warp: 10 uN m, weft: 10 uN m}, friction: 0.3}\n"
+#define SOLVER "solver: {stepper: central}\n"
+#define FABRIC CONTACTS_FABRIC
 
 static Vec3 random_point(uint64_t seed, double size) {
     return vec3_scale(size, vec3(hash_random(seed, 0), hash_random(seed, 1), hash_random(seed, 2)));
@@ -97,50 +97,14 @@ static void test_solid_triangle(void **unused) {
     CHECK_AT_MOST(told, 1e-14);
 }
 
-static void incline(Play *play, double tangent, double speed) {
-    char text[2048];
-    double a = atan(tangent), g = 9.80665;
-    snprintf(text, sizeof text,
-             "toile: 1\nfilm: {rate: 50, seconds: 4}\ncloth:\n  sheet:\n"
-             "    shape: {rectangle: {width: 20 cm, height: 20 cm}}\n    " FABRIC
-             "    nodes: 11 x 11\n    at: [0, 0, 0.99 mm]\n    velocity: [%.17g m/s, 0, 0]\n"
-             "obstacles:\n  floor: {plane: {}, friction: 0.3}\n"
-             "gravity: [%.17g, 0, %.17g]\nsolver: {stepper: central, step: 0.15 ms}\n",
-             speed, g * sin(a), -g * cos(a));
-    play_start(play, text);
-}
-
-/* explicit.md 8: sticks at 0.99 of the limit, slides at 1.01 with the right acceleration */
 static void test_incline(void **unused) {
     (void)unused;
-    Play play;
-    incline(&play, 0.99 * 0.3, 0.0);
-    play_to(&play, 0.5);
-    double start = play_mean_x(&play).x;
-    play_to(&play, 2.5);
-    CHECK_AT_MOST(fabs(play_mean_x(&play).x - start), 1e-6);
-    play_end(&play);
-    for (int k = 0; k < 2; k++) {
-        double tangent = 0.3 * (k == 0 ? 1.01 : 1.05), a = atan(tangent);
-        incline(&play, tangent, 0.0);
-        play_to(&play, 0.5);
-        double v = play_mean_v(&play).x;
-        play_to(&play, 2.5);
-        double acceleration = (play_mean_v(&play).x - v) / 2.0;
-        CHECK_AT_MOST(fabs(acceleration - 9.80665 * (sin(a) - 0.3 * cos(a))), 5e-4);
-        play_end(&play);
-    }
+    contacts_check_incline("solver: {stepper: central, step: 0.15 ms}\n");
 }
 
-/* a sheet at 1 m/s comes to rest after v^2 / (2 mu g) = 0.16995 m */
 static void test_stop(void **unused) {
     (void)unused;
-    Play play;
-    incline(&play, 0.0, 1.0);
-    play_to(&play, 1.0);
-    CHECK_NEAR(play_mean_x(&play).x, 1.0 / (2.0 * 0.3 * 9.80665), 0.005 * 0.17);
-    CHECK_AT_MOST(vec3_length(play_mean_v(&play)), 1e-6);
-    play_end(&play);
+    contacts_check_stop("solver: {stepper: central, step: 0.15 ms}\n");
 }
 
 /* strip over a fixed cylinder, drawn along: T2 / T1 = exp(mu pi) */
@@ -191,20 +155,11 @@ static void test_capstan(void **unused) {
     play_end(&play);
 }
 
-static const char *const targets[] = {
-    "box: {size: [20 cm, 20 cm, 20 cm]}, at: [1.3 cm, 0.7 cm, -10 cm]",
-    "box: {size: [20 cm, 20 cm, 20 cm]}, at: [0, 0, -14.2 cm], turn: {axis: x, by: 45 deg}",
-    "sphere: {radius: 6 cm}, at: [0.4 cm, 0.3 cm, -6 cm]",
-    "cylinder: {radius: 2 cm, from: [-30 cm, 0.3 cm, -2 cm], to: [30 cm, 0, -2 cm]}",
-    "cone: {radius: 8 cm, length: 20 cm}, at: [0.3 cm, 0.2 cm, -10 cm]",
-    "capsule: {radius: 1 cm, from: [0, 0, -20 cm], to: [0.4 cm, 0, -1 cm]}",
-};
-
 /* contact.md 10 row 15: thrown at 10, 50, 200 m/s on every solid, nothing crosses */
 static void test_impacts(void **unused) {
     (void)unused;
     long crossings = 0;
-    for (size_t k = 0; k < sizeof targets / sizeof *targets; k++) {
+    for (size_t k = 0; k < CONTACTS_SOLIDS; k++) {
         for (int speed = 10; speed <= 200; speed = speed == 10 ? 50 : 4 * speed) {
             char text[2048];
             Play play;
@@ -212,8 +167,8 @@ static void test_impacts(void **unused) {
                      "toile: 1\nfilm: {rate: 100, seconds: 4}\ncloth:\n  sheet:\n"
                      "    shape: {rectangle: {width: 40 cm, height: 40 cm}}\n    " FABRIC
                      "    nodes: 17 x 17\n    at: [0, 0, 5 cm]\n    velocity: [0, 0, %d m/s]\n"
-                     "obstacles:\n  target: {%s, friction: 0.3}\nsolver: {stepper: central}\n",
-                     -speed, targets[k]);
+                     "obstacles:\n  target: {%s, friction: 0.3}\n" SOLVER,
+                     -speed, contacts_solids[k]);
             play_start(&play, text);
             for (int f = 1; f <= 4; f++) {
                 play_to(&play, f * 0.01);
@@ -250,14 +205,6 @@ static void test_clap(void **unused) {
     CHECK_AT_MOST((double)crossings, 0.0);
 }
 
-static const char folded[] =
-    "toile: 1\nfilm: {rate: 30, seconds: 4}\ncloth:\n  sheet:\n"
-    "    shape: {rectangle: {width: 60 cm, height: 60 cm}}\n    " FABRIC
-    "    nodes: 21 x 21\n    at: [0, 0, 31 cm]\n    turn: {axis: x, by: 90 deg}\n"
-    "    noise: 1 mm\n    bending_damping: 0 s\n    membrane_damping: 0 s\nobstacles:\n  floor: "
-    "{plane: {}, friction: 0.3}\n"
-    "solver: {stepper: central}\n";
-
 /* dropped on its edge: a heap, no crossing, energy accounted for, and the same bits for any
  * number of threads */
 static void test_heap(void **unused) {
@@ -266,7 +213,7 @@ static void test_heap(void **unused) {
     for (int threads = 1; threads <= 3; threads++) {
         Play play;
         long crossings = 0;
-        play_start_threads(&play, folded, threads);
+        play_start_threads(&play, CONTACTS_FOLDED SOLVER, threads);
         Sim *sim = &play.sim;
         double lost = 0.0, worst = 0.0, start = 0.0;
         for (int f = 0; f < 24; f++) {

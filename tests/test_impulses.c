@@ -6,14 +6,13 @@
 #include "sim/base/parallel.h"
 #include "sim/contact/impulses.h"
 #include "tests/support/check.h"
+#include "tests/support/contacts.h"
 #include "tests/support/folder.h"
 #include "tests/support/play.h"
 #include "tests/support/resume.h"
 
 #define G 9.80665
-#define FABRIC                                                                                     \
-    "fabric: {weight: 150 g/m2, thickness: 1 mm, stretch: {warp: 1000 N/m, weft: 1000 N/m, "       \
-    "poisson: 0.3}, shear: 385 N/m, bending: {warp: 10 uN m, weft: 10 uN m}, friction: 0.3}\n"
+#define FABRIC CONTACTS_FABRIC
 #define SOLVER "solver: {stepper: central, contact: impulses}\n"
 
 static Vec3 random_vector(uint64_t seed, double size) {
@@ -295,50 +294,14 @@ static void test_zones_join(void **unused) {
 
 /* ---- friction with known answers ---- */
 
-static void incline(Play *play, double tangent, double speed) {
-    char text[2048];
-    double a = atan(tangent);
-    snprintf(text, sizeof text,
-             "toile: 1\nfilm: {rate: 50, seconds: 4}\ncloth:\n  sheet:\n"
-             "    shape: {rectangle: {width: 20 cm, height: 20 cm}}\n    " FABRIC
-             "    nodes: 11 x 11\n    at: [0, 0, 0.99 mm]\n    velocity: [%.17g m/s, 0, 0]\n"
-             "obstacles:\n  floor: {plane: {}, friction: 0.3}\n"
-             "gravity: [%.17g, 0, %.17g]\n" SOLVER,
-             speed, G * sin(a), -G * cos(a));
-    play_start(play, text);
-}
-
-/* sticks at 0.99 of the limit, slides at 1.01 with the acceleration of a block */
 static void test_incline(void **unused) {
     (void)unused;
-    Play play;
-    incline(&play, 0.99 * 0.3, 0.0);
-    play_to(&play, 0.5);
-    double start = play_mean_x(&play).x;
-    play_to(&play, 2.5);
-    CHECK_AT_MOST(fabs(play_mean_x(&play).x - start), 1e-6);
-    play_end(&play);
-    for (int k = 0; k < 2; k++) {
-        double tangent = 0.3 * (k == 0 ? 1.01 : 1.05), a = atan(tangent);
-        incline(&play, tangent, 0.0);
-        play_to(&play, 0.5);
-        double v = play_mean_v(&play).x;
-        play_to(&play, 2.5);
-        double acceleration = (play_mean_v(&play).x - v) / 2.0;
-        CHECK_AT_MOST(fabs(acceleration - G * (sin(a) - 0.3 * cos(a))), 5e-4);
-        play_end(&play);
-    }
+    contacts_check_incline(SOLVER);
 }
 
-/* a sheet at 1 m/s comes to rest after v^2 / (2 mu g) */
 static void test_stopping_distance(void **unused) {
     (void)unused;
-    Play play;
-    incline(&play, 0.0, 1.0);
-    play_to(&play, 1.0);
-    CHECK_NEAR(play_mean_x(&play).x, 1.0 / (2.0 * 0.3 * G), 0.005 * 0.17);
-    CHECK_AT_MOST(fabs(play_mean_v(&play).x), 1e-6);
-    play_end(&play);
+    contacts_check_stop(SOLVER);
 }
 
 /* ---- scenes ---- */
@@ -400,23 +363,15 @@ static void test_clap(void **unused) {
     CHECK_AT_MOST(1.0, zones); /* zones were needed, and none crossed */
 }
 
-static const char *const targets[] = {
-    "box: {size: [20 cm, 20 cm, 20 cm]}, at: [1.3 cm, 0.7 cm, -10 cm]",
-    "box: {size: [20 cm, 20 cm, 20 cm]}, at: [0, 0, -14.2 cm], turn: {axis: x, by: 45 deg}",
-    "sphere: {radius: 6 cm}, at: [0.4 cm, 0.3 cm, -6 cm]",
-    "cylinder: {radius: 2 cm, from: [-30 cm, 0.3 cm, -2 cm], to: [30 cm, 0, -2 cm]}",
-    "cone: {radius: 8 cm, length: 20 cm}, at: [0.3 cm, 0.2 cm, -10 cm]",
-    "capsule: {radius: 1 cm, from: [0, 0, -20 cm], to: [0.4 cm, 0, -1 cm]}",
-    "plane: {}, at: [0, 0, -1 cm]",
+static const char mesh[] =
     "mesh: {file: " TOILE_SOURCE_DIR "/assets/meshes/icosphere.obj, scale: 6 cm}, "
-    "at: [0.4 cm, 0.3 cm, -6 cm]",
-};
+    "at: [0.4 cm, 0.3 cm, -6 cm]";
 
 /* thrown at every solid and at a mesh */
 static void test_thrown(void **unused) {
     (void)unused;
     long crossings = 0;
-    for (size_t t = 0; t < sizeof targets / sizeof targets[0]; t++) {
+    for (int t = 0; t <= CONTACTS_SOLIDS; t++) {
         for (int speed = 10; speed <= 30; speed += 20) {
             char text[2048];
             Play play;
@@ -425,7 +380,7 @@ static void test_thrown(void **unused) {
                      "    shape: {rectangle: {width: 40 cm, height: 40 cm}}\n    " FABRIC
                      "    nodes: 17 x 17\n    at: [0, 0, 5 cm]\n    velocity: [0, 0, %d m/s]\n"
                      "obstacles:\n  target: {%s}\n" SOLVER,
-                     -speed, targets[t]);
+                     -speed, t < CONTACTS_SOLIDS ? contacts_solids[t] : mesh);
             play_start(&play, text);
             crossings += judge(&play, 0.05, 10).crossings;
             play_end(&play);
@@ -447,7 +402,7 @@ static void test_limit(void **unused) {
                  "    shape: {rectangle: {width: 30 cm, height: 30 cm}}\n    " FABRIC
                  "    nodes: 13 x 13\n    at: [1 cm, 2 cm, 10 cm]\n    velocity: [0, 0, -200 m/s]\n"
                  "obstacles:\n  target: {%s}\n" SOLVER,
-                 targets[t]);
+                 contacts_solids[t]);
         play_start(&play, text);
         for (int f = 0; f < 2 && on; f++) {
             on = sim_advance(&play.sim, &error);
@@ -458,12 +413,7 @@ static void test_limit(void **unused) {
     }
 }
 
-static const char folded[] =
-    "toile: 1\nfilm: {rate: 30, seconds: 4}\ncloth:\n  sheet:\n"
-    "    shape: {rectangle: {width: 60 cm, height: 60 cm}}\n    " FABRIC
-    "    nodes: 21 x 21\n    at: [0, 0, 31 cm]\n    turn: {axis: x, by: 90 deg}\n"
-    "    noise: 1 mm\n    bending_damping: 0 s\n    membrane_damping: 0 s\nobstacles:\n  floor: "
-    "{plane: {}, friction: 0.3}\n" SOLVER;
+static const char folded[] = CONTACTS_FOLDED SOLVER;
 
 /* dropped on its edge: it folds into a heap without a crossing, the books close, and the bits are the
  * same for any number of threads */
