@@ -207,6 +207,7 @@ void contact_make_force_room(Contact *c, int most) {
     if (most > c->force_room) {
         c->force_room = 2 * most;
         c->forces = arena_push(c->arena, ContactForce, c->force_room);
+        c->ends = arena_push(c->arena, ForceEnds, c->force_room);
         c->pushing = arena_push(c->arena, int, c->force_room);
         c->left = arena_push(c->arena, int, c->force_room);
         c->followers = arena_push(c->arena, Follower, c->force_room);

@@ -25,6 +25,12 @@ typedef struct ContactForce {
     double approach;             /* [m/s] */
 } ContactForce;
 
+/* The vertices that a force pushes. */
+typedef struct ForceEnds {
+    int place[4];
+    double weight[4];
+} ForceEnds;
+
 /* Of two that stand for one contact, the second follows the bristle of the first. */
 typedef struct Follower {
     int second, first;
@@ -76,6 +82,7 @@ struct Contact {
     bool advanced;        /* wanted and the answers are those of the paths of now */
     int *near_pairs;      /* (due_room) those of each from its `begin` on */
     ContactForce *forces; /* (force_room) of the pairs or touches that push, one kind at a time */
+    ForceEnds *ends;      /* (force_room) of pairs, where threads share the vertices */
     int force_room;
     int *pushing;        /* (pushing_count) which those are */
     int *left;           /* (force_room) those that are added after the others */

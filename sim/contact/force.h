@@ -50,13 +50,17 @@ typedef struct ContactWork {
     double approach, work, damping, friction;
 } ContactWork;
 
-/* Adds a force to the vertices of a contact. */
-static inline void contact_apply(Contact *c, const ContactForce *force, int count, const int *place,
-                                 const double *weight, ContactWork *sum) {
+static inline void contact_add_work(const Contact *c, const ContactForce *force, ContactWork *sum) {
     sum->approach = max2(sum->approach, force->approach);
     sum->work += c->kick_time * vec3_dot(force->sum, force->carried);
     sum->damping += c->kick_time * vec3_dot(force->damping, force->carried);
     sum->friction += c->kick_time * vec3_dot(force->friction, force->carried);
+}
+
+/* Adds a force to the vertices of a contact. */
+static inline void contact_apply(Contact *c, const ContactForce *force, int count, const int *place,
+                                 const double *weight, ContactWork *sum) {
+    contact_add_work(c, force, sum);
     for (int k = 0; k < count; k++) {
         if (place[k] < c->def->vertex_count && weight[k] != 0.0) {
             contact_push(c, place[k], weight[k], force);

@@ -12,6 +12,7 @@
 #define OWNER_GRAIN 1000
 #define BLOCK_GRAIN 16
 #define FORCE_GRAIN 32 /* some 1 us */
+#define PART_LEAST 256 /* forces that threads share the vertices for */
 #define FORCE_BLOCK 32 /* likewise of one thread alone: added while in its cache */
 
 /* ---- lists ---- */
@@ -361,26 +362,62 @@ void self_find(Contact *c, double dt) {
     }
 }
 
-/* Forces of c->pushing, from `begin` on. */
+/* Forces of c->pushing, some at a time. */
 typedef struct ForceJob {
     Contact *c;
     double dt, share;
-    int begin;
+    int begin, count;
+    bool by_parts; /* threads share the vertices */
+    ContactWork work;
 } ForceJob;
-
-/* How many of them next: all for several threads; for one a few, added while they are in the cache. */
-static int next_forces(const ForceJob *job) {
-    int left = job->c->pushing_count - job->begin;
-    return parallel_threads() > 1 || left < FORCE_BLOCK ? left : FORCE_BLOCK;
-}
 
 static void find_forces(int chunk, int first, int end, void *context) {
     (void)chunk;
     const ForceJob *job = context;
     Contact *c = job->c;
     for (int k = first; k < end; k++) {
-        c->forces[k] =
-            force_of(c, &c->lists.pairs[c->pushing[job->begin + k]], job->dt, job->share);
+        Pair *pair = &c->lists.pairs[c->pushing[job->begin + k]];
+        c->forces[k] = force_of(c, pair, job->dt, job->share);
+        if (job->by_parts) {
+            memcpy(c->ends[k].place, pair->place, sizeof pair->place);
+            memcpy(c->ends[k].weight, pair->weight, sizeof pair->weight);
+        }
+    }
+}
+
+/* all forces, to those of the vertices first .. end - 1 */
+static void add_forces(int chunk, int first, int end, void *context) {
+    ForceJob *job = context;
+    Contact *c = job->c;
+    for (int k = 0; k < job->count; k++) {
+        const ForceEnds *ends = &c->ends[k];
+        if (chunk == 0) {
+            contact_add_work(c, &c->forces[k], &job->work);
+        }
+        for (int a = 0; a < 4; a++) {
+            if (ends->place[a] >= first && ends->place[a] < end && ends->weight[a] != 0.0) {
+                contact_push(c, ends->place[a], ends->weight[a], &c->forces[k]);
+            }
+        }
+    }
+}
+
+/* Every vertex gets its forces in the order of the pairs. One thread adds a few while they are in its cache. */
+static void push_all(Contact *c, ForceJob *job) {
+    int n = c->def->vertex_count, threads = parallel_threads();
+    job->by_parts = threads > 1 && c->pushing_count > PART_LEAST;
+    for (; job->begin < c->pushing_count; job->begin += job->count) {
+        int left = c->pushing_count - job->begin;
+        job->count = job->by_parts || left < FORCE_BLOCK ? left : FORCE_BLOCK;
+        parallel_for(job->count, FORCE_GRAIN, find_forces, job);
+        if (job->by_parts) {
+            parallel_for(n, (n + threads - 1) / threads, add_forces, job);
+            continue;
+        }
+        for (int k = 0; k < job->count; k++) {
+            const Pair *pair = &c->lists.pairs[c->pushing[job->begin + k]];
+            contact_apply(c, &c->forces[k], 4, pair->place, pair->weight, &job->work);
+        }
     }
 }
 
@@ -388,16 +425,9 @@ void self_forces(Contact *c, double dt, double share) {
     self_find(c, dt);
     choose_pushing(c);
     Pair *pairs = c->lists.pairs;
-    ForceJob job = {c, dt, share, 0};
-    ContactWork work = {0};
-    for (int count; (count = next_forces(&job)) > 0; job.begin += count) {
-        parallel_for(count, FORCE_GRAIN, find_forces, &job);
-        for (int k = 0; k < count; k++) {
-            const Pair *pair = &pairs[c->pushing[job.begin + k]];
-            contact_apply(c, &c->forces[k], 4, pair->place, pair->weight, &work);
-        }
-    }
-    contact_note_work(c, &work);
+    ForceJob job = {.c = c, .dt = dt, .share = share};
+    push_all(c, &job);
+    contact_note_work(c, &job.work);
     c->some_touched = c->some_touched || c->pushing_count > 0;
     for (int k = 0; k < c->follower_count; k++) { /* whichever is first after a search */
         pairs[c->followers[k].second].bristle = pairs[c->followers[k].first].bristle;
