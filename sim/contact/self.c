@@ -13,6 +13,7 @@
 #define BLOCK_GRAIN 16
 #define FORCE_GRAIN 32 /* some 1 us */
 #define PART_LEAST 256 /* forces that threads share the vertices for */
+#define FETCH_AHEAD 12 /* pairs */
 #define FORCE_BLOCK 32 /* likewise of one thread alone: added while in its cache */
 
 /* ---- lists ---- */
@@ -354,6 +355,8 @@ void self_find(Contact *c, double dt) {
         evaluate(c);
     }
     for (int k = 0; k < c->due_count; k++) {
+        int ahead = k + FETCH_AHEAD < c->due_count ? k + FETCH_AHEAD : k;
+        contact_fetch(&l->pairs[c->due_pairs[ahead].pair]); /* another thread may have written it */
         const Pair *pair = &l->pairs[c->due_pairs[k].pair];
         double *gap = pair_obstacle(c, pair) < 0 ? &c->statistics.smallest_self_gap
                                                  : &c->statistics.smallest_gap;
