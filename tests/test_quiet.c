@@ -75,6 +75,14 @@ static Vec3 rig_moved(const Rig *r, int i) {
 
 static double rig_spread(void *owner) { return rig_most(owner, rig_moved); }
 
+static double rig_mutual(const Rig *r) {
+    Box box = box_empty();
+    for (int i = 0; i < rig_count(r); i++) {
+        box_add(&box, rig_velocity(r, i));
+    }
+    return vec3_length(vec3_sub(box.high, box.low));
+}
+
 static double rig_relative(void *owner) { return rig_most(owner, rig_velocity); }
 
 /* a sheet or a sleeve of 24 cm, and a ball of 2 cm at `centre` */
@@ -174,7 +182,8 @@ static double rig_play(Rig *r, Programme *programme, double seconds, double *lea
             Vec3 p = programme(r, i, time + STEP);
             r->lanes.x[0][i] = p.x, r->lanes.x[1][i] = p.y, r->lanes.x[2][i] = p.z;
         }
-        contact_drifted(r->contact, rig_fastest(r), rig_relative(r), STEP);
+        ContactSpeeds speeds = {rig_fastest(r), rig_mutual(r), rig_relative(r)};
+        contact_drifted(r->contact, &speeds, STEP);
         assert_false(contact_statistics(r->contact)->rejected);
         *least = step % (int)(seconds / STEP / CHECKS) == 0 ? fmin(*least, rig_apart(r)) : *least;
     }
@@ -336,10 +345,10 @@ static void test_close(void **unused) {
         double speed = step == 1 ? 30.0 : 0.1;
         contact_forces(r.contact, STEP, 1.0, (step + 1) * STEP);
         contact_clear(r.contact, vec3(0, 0, 0));
-        r.contact->quiet.fastest = speed;
+        r.contact->quiet.speeds.fastest = speed;
         contact_guard(r.contact, STEP);
         assert_int_equal(contact_asks_relative(r.contact), step > 0);
-        contact_drifted(r.contact, speed, 0.01, STEP);
+        contact_drifted(r.contact, &(ContactSpeeds){speed, 2.0 * speed, 0.01}, STEP);
     }
     arena_free(&r.bench.arena);
 }
@@ -359,7 +368,7 @@ static void test_tear(void **unused) {
         contact_clear(r.contact, vec3(0, 0, 0));
         contact_guard(r.contact, STEP);
         assert_int_equal(r.contact->quiet.holds, step == 0);
-        contact_drifted(r.contact, 125.0, 250.0, STEP);
+        contact_drifted(r.contact, &(ContactSpeeds){125.0, 250.0, 250.0}, STEP);
     }
     arena_free(&r.bench.arena);
 }
@@ -372,19 +381,36 @@ static void test_widths(void **unused) {
         scalar.cells[0][k] = 1 + k % SURFACE_BLOCK;
         scalar.cells[1][k] = 1 + k / SURFACE_BLOCK % SURFACE_BLOCK;
     }
-    for (int i = 0; i < SLOPE_NODES * SLOPE_NODES * 3 * SLOPE_BATCH; i++) {
-        int node = i / (3 * SLOPE_BATCH), a = i / SLOPE_BATCH % 3;
-        scalar.x[node / SLOPE_NODES][node % SLOPE_NODES][a][i % SLOPE_BATCH] =
-            hash_random(7, (uint64_t)i);
+    double place[3][SLOPE_NODES * SLOPE_NODES * SLOPE_BATCH];
+    int slot[SLOPE_NODES * SLOPE_NODES * SLOPE_BATCH], count = sizeof slot / sizeof *slot;
+    for (int i = 0; i < 3 * count; i++) {
+        slot[i % count] = count - 1 - i % count;
+        place[i / count][i % count] = hash_random(7, (uint64_t)i);
+    }
+    for (int k = 0; k < SLOPE_NODES * SLOPE_BATCH; k++) {
+        int at = k / SLOPE_BATCH, block = k % SLOPE_BATCH;
+        scalar.column[at][block] = (int)fmin(at, scalar.cells[0][block]);
+        scalar.row[at][block] =
+            SLOPE_NODES * (SLOPE_NODES * block + (int)fmin(at, scalar.cells[1][block]));
     }
     rows = scalar;
-    double h[2] = {0.5, 0.7};
-    quiet_blocks_kernel(VECTOR_SCALAR)(h, &scalar);
+    SlopeNodes nodes = {{0.5, 0.7}, slot, (double *[]){place[0], place[1], place[2]}};
+    SlopeJoin joined;
+    quiet_blocks_kernel(VECTOR_SCALAR)->fit(&nodes, &scalar);
+    for (int k = 0; k < SLOPE_PARTS; k++) {
+        joined.part[k] = scalar.slopes;
+        joined.part[k].mean[1][k % 3][2 * k] += 0.3;
+    }
+    quiet_blocks_kernel(VECTOR_SCALAR)->join(&joined);
     for (int width = VECTOR_SCALAR + 1; width < VECTOR_WIDTHS; width++) {
         if (vector_runs_here((VectorWidth)width)) {
             SlopeRows other = rows;
-            quiet_blocks_kernel((VectorWidth)width)(h, &other);
+            SlopeJoin all = joined;
+            memset(&all.all, 0, sizeof all.all);
+            quiet_blocks_kernel((VectorWidth)width)->fit(&nodes, &other);
+            quiet_blocks_kernel((VectorWidth)width)->join(&all);
             assert_memory_equal(&other, &scalar, sizeof scalar);
+            assert_memory_equal(&all, &joined, sizeof joined);
         }
     }
 }
@@ -424,13 +450,24 @@ static Slopes turned(double angle) {
     return (Slopes){{vec3(cos(angle), 0, sin(angle)), vec3(0, 1, 0)}, normal, 0.0, 0.5};
 }
 
+static Slopes turned_join(const Slopes *a, const Slopes *b) {
+    const Slopes *part[SLOPE_BATCH][SLOPE_PARTS];
+    Slopes both, *all[SLOPE_BATCH];
+    for (int k = 0; k < SLOPE_BATCH * SLOPE_PARTS; k++) {
+        part[k / SLOPE_PARTS][k % SLOPE_PARTS] = k % 2 ? a : b;
+        all[k / SLOPE_PARTS] = &both;
+    }
+    quiet_blocks_join(quiet_blocks_kernel(vector_best()), part, all);
+    return both;
+}
+
 /* Three blocks, of which two are joined: no mean of their extreme slopes is shorter than is said. */
 static void test_turned(void **unused) {
     (void)unused;
     for (int turn = 0; turn < 8; turn++) {
         Slopes block[3] = {turned(0.0), turned(0.2 * turn), turned(-0.1 * turn)};
         const Slopes *part[3] = {&block[0], &block[1], &block[2]};
-        Slopes both = slopes_join(part, 2);
+        Slopes both = turned_join(part[0], part[1]);
         const Slopes *joined[2] = {&both, &block[2]};
         double least = INFINITY;
         for (int signs = 0; signs < 8; signs++) {
@@ -536,13 +573,13 @@ static void test_leap(void **unused) {
     Rig r;
     rig_make(&r, false, vec3(0.013, 0.007, -0.3));
     assert_true(rig_begin(&r));
-    double speed[3] = {1e-3, 1e-3, 0.3 / STEP};
+    ContactSpeeds slow = {1e-3, 2e-3, 2e-3}, fast = {0.3 / STEP, 0.6 / STEP, 0.6 / STEP};
     for (int step = 0; step < 3; step++) {
         contact_forces(r.contact, STEP, 1.0, (step + 1) * STEP);
         contact_clear(r.contact, vec3(0, 0, 0));
         contact_guard(r.contact, STEP);
         assert_true(r.contact->quiet.holds);
-        contact_drifted(r.contact, speed[step], 2.0 * speed[step], STEP);
+        contact_drifted(r.contact, step < 2 ? &slow : &fast, STEP);
         assert_int_equal(contact_statistics(r.contact)->rejected, step == 2);
     }
     arena_free(&r.bench.arena);

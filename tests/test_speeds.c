@@ -33,10 +33,14 @@ static Vec3 lattice_velocity(const SweepLattice *l, const Lanes *lanes, int i, i
 
 static void check_speeds(const SweepLattice *l, const Lanes *lanes, SweepSpeed speed,
                          double slack) {
-    double fastest = 0.0, relative = 0.0;
+    double fastest = 0.0, relative = 0.0, mutual = 0.0;
     for (int j = 0; j < l->nv; j++) {
         for (int i = 0; i < l->nu; i++) {
             Vec3 v = lattice_velocity(l, lanes, i, j);
+            for (int k = 0; k < l->nu * l->nv; k++) {
+                Vec3 other = lattice_velocity(l, lanes, k % l->nu, k / l->nu);
+                mutual = fmax(mutual, vec3_length(vec3_sub(other, v)));
+            }
             int right = i + 1 < l->nu ? i + 1 : l->wrap ? 0 : i, up = j + 1 < l->nv ? j + 1 : j;
             Vec3 other[2] = {lattice_velocity(l, lanes, right, j),
                              lattice_velocity(l, lanes, i, up)};
@@ -46,9 +50,12 @@ static void check_speeds(const SweepLattice *l, const Lanes *lanes, SweepSpeed s
             }
         }
     }
-    double within = sqrt(speed.within), most = sqrt(speed.frame) + within;
+    Vec3 high = speed.frames.high, low = speed.frames.low;
+    double within = sqrt(speed.within), frames = vec3_length(vec3_sub(high, low));
+    double most = hypot(fmax(-low.x, high.x), hypot(fmax(-low.y, high.y), fmax(-low.z, high.z)));
     double apart = sqrt(speed.shear) + 2.0 * within;
-    CHECK_AT_MOST(fastest - most, 1e-14);
+    CHECK_AT_MOST(fastest - most - within, 1e-14);
+    CHECK_AT_MOST(mutual - frames - 2.0 * within, 1e-14);
     CHECK_AT_MOST(relative - apart, 1e-14);
     CHECK_AT_MOST(apart - relative, slack);
 }
@@ -112,7 +119,8 @@ static void test_frames(void **unused) {
         memcpy(first, lanes.x[2], bytes);
         SweepDrift plain = {.dt = 0.3}, framed = {.dt = 0.3, .frames = true};
         SweepSpeed still = sweep_kernels[0]->drift(&l, &lanes, &plain, 0, l.nv);
-        assert_true(still.frame == 0.0 && still.shear == 0.0);
+        assert_true(vec3_length(still.frames.low) == 0.0 && vec3_length(still.frames.high) == 0.0);
+        assert_true(still.shear == 0.0);
         memcpy(moved, lanes.x[2], bytes);
         for (int n = 0; sweep_kernels[n]; n++) {
             if (!sweep_kernel_runs_here(sweep_kernels[n])) {
@@ -122,7 +130,7 @@ static void test_frames(void **unused) {
             SweepSpeed low = sweep_kernels[n]->drift(&l, &lanes, &framed, 0, 2);
             SweepSpeed high = sweep_kernels[n]->drift(&l, &lanes, &framed, 2, l.nv);
             assert_memory_equal(lanes.x[2], moved, bytes);
-            SweepSpeed all = {fmax(low.within, high.within), fmax(low.frame, high.frame),
+            SweepSpeed all = {fmax(low.within, high.within), box_union(low.frames, high.frames),
                               fmax(low.shear, high.shear)};
             check_speeds(&l, &lanes, all, noise > 0.0 ? 2.0 : 0.02 * l.nu);
         }

@@ -568,8 +568,8 @@ void contact_guard(Contact *c, double dt) {
 
 bool contact_asks_relative(const Contact *c) { return c->quiet.holds && c->quiet.close; }
 
-void contact_drifted(Contact *c, double fastest, double relative, double dt) {
-    if (c->quiet.holds && !quiet_spend(c, fastest, relative, dt)) {
+void contact_drifted(Contact *c, const ContactSpeeds *speeds, double dt) {
+    if (c->quiet.holds && !quiet_spend(c, speeds, dt)) {
         c->statistics.rejected = true;
     }
 }

@@ -59,6 +59,13 @@ typedef struct ContactMotion {
     void *owner;
 } ContactMotion;
 
+/* Bounds of how fast cloth moved in a drift. */
+typedef struct ContactSpeeds {
+    double fastest;  /* [m/s] any vertex */
+    double mutual;   /* [m/s] two vertices against each other */
+    double relative; /* [m/s] two nodes next to each other on a lattice, likewise */
+} ContactSpeeds;
+
 /* Positions, velocities and forces of the vertices in lanes: vertex i has slot[i]. */
 typedef struct ContactView {
     const Lanes *lanes;
@@ -145,10 +152,8 @@ void contact_repel(Contact *contact, double dt);
 void contact_guard(Contact *contact, double dt);
 /* Is a close bound of how fast neighbours move in this step worth its time? */
 bool contact_asks_relative(const Contact *contact);
-/* After the drift, in which no vertex was faster than `fastest` [m/s] and no two nodes next to each other on
- * a lattice moved faster than `relative` [m/s] against each other. Sets statistics.rejected when that was
- * too fast for what was known before it. */
-void contact_drifted(Contact *contact, double fastest, double relative, double dt);
+/* After the drift. Sets statistics.rejected when that was too fast for what was known before it. */
+void contact_drifted(Contact *contact, const ContactSpeeds *speeds, double dt);
 /* Writes what the next interval needs. */
 void contact_end(Contact *contact, ContactMemory *memory);
 

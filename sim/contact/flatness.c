@@ -43,16 +43,6 @@ double flatness_least(const Box gradient[2]) {
     return flatness_stretch(c1, c2) - e;
 }
 
-int flatness_step(int from, int to, int count, bool wrap) {
-    int step = to - from;
-    if (wrap && step == count - 1) {
-        step = -1;
-    } else if (wrap && step == 1 - count) {
-        step = 1;
-    }
-    return step < -1 || step > 1 ? 2 : step;
-}
-
 int flatness_groups(const Surface *surface, int first, int second, int group[4]) {
     const SurfaceGroup *a = &surface->groups[first], *b = &surface->groups[second];
     const SurfacePanel *panel = &surface->panels[a->panel];

@@ -24,7 +24,15 @@ double flatness_stretch(Vec3 a, Vec3 b);
 double flatness_least(const Box gradient[2]);
 
 /* -1, 0, 1: from a block to its neighbour, of `count` in a row; 2: farther. */
-int flatness_step(int from, int to, int count, bool wrap);
+static inline int flatness_step(int from, int to, int count, bool wrap) {
+    int step = to - from;
+    if (wrap && step == count - 1) {
+        step = -1;
+    } else if (wrap && step == 1 - count) {
+        step = 1;
+    }
+    return step < -1 || step > 1 ? 2 : step;
+}
 
 /* The groups of the rectangle of blocks that holds two neighbouring ones (4, some more than once); 0
  * where two groups are no neighbours on a lattice. */

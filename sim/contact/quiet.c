@@ -23,11 +23,8 @@ typedef struct Proof {
     double near_room, far_room;
     double steps; /* that it should last, and can as far as is known */
     bool fails;
+    QuietPair tight; /* lasts no longer */
 } Proof;
-
-typedef struct BlockRef {
-    int panel, level, i, j;
-} BlockRef;
 
 static const QuietLevel *level_of(const Proof *p, BlockRef a) {
     return &p->c->quiet.panels[a.panel].level[a.level];
@@ -49,11 +46,10 @@ static bool take(Proof *p, double *least, double room, double motion, bool fines
     return true;
 }
 
-/* rest of a row of blocks from one to another, in lines of the lattice */
-static int lines_between(int a, int b, int level, int nodes, bool wrap) {
+/* rest of a row from a cell to another, or from blocks of so many cells, in lines of the lattice */
+static int lines_between(int a, int b, int cells, int nodes, bool wrap) {
     int low = a < b ? a : b, high = a < b ? b : a;
-    int lines = SURFACE_BLOCK * ((high + 1 - low) << level),
-        most = wrap ? (nodes + 1) / 2 : nodes - 1;
+    int lines = cells * (high + 1 - low), most = wrap ? (nodes + 1) / 2 : nodes - 1;
     return lines < most ? lines : most;
 }
 
@@ -116,14 +112,18 @@ static double window_room(const Proof *p, BlockRef a, BlockRef b) {
     return *room;
 }
 
-/* takes that two blocks, so many lines of a lattice away from each other, are apart: by whatever lasts
- * longer. `flat`: [m] room by slopes */
-static bool take_apart(Proof *p, double apart, int lines, double flat, bool finest) {
-    double near = max2(apart / lines, flat);
-    if (near * p->far_motion > apart * p->near_motion) {
-        return take(p, &p->near_room, near, p->near_motion, finest);
+/* How far two parts of a lattice are from each other. */
+typedef struct Apart {
+    double far;  /* [m] */
+    double near; /* [m] that neighbours may move */
+} Apart;
+
+/* takes it by whatever lasts longer */
+static bool take_apart(Proof *p, Apart apart, bool finest) {
+    if (apart.near * p->far_motion > apart.far * p->near_motion) {
+        return take(p, &p->near_room, apart.near, p->near_motion, finest);
     }
-    return take(p, &p->far_room, apart, p->far_motion, finest);
+    return take(p, &p->far_room, apart.far, p->far_motion, finest);
 }
 
 /* A row of strips through a leaf, or through two that lie side by side. */
@@ -187,7 +187,7 @@ static Proof prove_folded(const Proof *p, BlockRef a, BlockRef b, int axis) {
         for (int m = k + width; m < count && !trial.fails; m++) {
             double apart = box_distance(&strip[k].place, &strip[m].place) - panel->distance;
             int lines = m - k + 1 + SURFACE_BLOCK * strip[k].parts;
-            take_apart(&trial, apart, lines, 0.0, true);
+            take_apart(&trial, (Apart){apart, apart / lines}, true);
         }
     }
     return trial;
@@ -198,7 +198,7 @@ static bool prove_flat(Proof *p, BlockRef a, BlockRef b) {
     if (room < p->steps * p->near_motion) {
         room = max2(room, corner_room(p, a, b));
     }
-    if (a.level > 0 || room > CONTACT_QUIET_FOLD_STEPS * p->near_motion) {
+    if (a.level > 0 || room >= min2(p->steps, CONTACT_QUIET_FOLD_STEPS) * p->near_motion) {
         return take(p, &p->near_room, room, p->near_motion, a.level == 0);
     }
     Proof best = *p;
@@ -213,19 +213,58 @@ static bool prove_flat(Proof *p, BlockRef a, BlockRef b) {
     return true;
 }
 
+/* the strips of two leaves along an axis: those of folds are thin */
+static Apart strips_apart(const Proof *p, BlockRef a, BlockRef b, int axis) {
+    const QuietPanel *panel = &p->c->quiet.panels[a.panel];
+    const SurfacePanel *of = &p->c->surface.panels[a.panel];
+    const int at[2][2] = {{a.i, a.j}, {b.i, b.j}}, nodes[2] = {of->nu, of->nv};
+    const QuietBlock *cut[2];
+    int cells[2], other = 1 - axis;
+    int beside = lines_between(at[0][other], at[1][other], SURFACE_BLOCK, nodes[other],
+                               of->wrap && other == 0);
+    for (int k = 0; k < 2; k++) {
+        cut[k] = quiet_blocks_cut(&p->view, panel, a.panel, at[k], axis);
+        cells[k] = quiet_blocks_cells(of, at[k], axis);
+    }
+    Apart least = {INFINITY, INFINITY};
+    for (int k = 0; k < cells[0]; k++) {
+        for (int m = 0; m < cells[1]; m++) {
+            int first = SURFACE_BLOCK * at[0][axis] + k, second = SURFACE_BLOCK * at[1][axis] + m;
+            int lines = lines_between(first, second, 1, nodes[axis], of->wrap && axis == 0);
+            double apart = box_distance(&cut[0][k].place, &cut[1][m].place) - of->distance;
+            least.far = min2(apart, least.far);
+            least.near = min2(apart / (lines + beside), least.near);
+        }
+    }
+    return least;
+}
+
+/* does it last for a number of steps? */
+static bool lasts(const Proof *p, Apart apart, double steps) {
+    return apart.near >= steps * p->near_motion || apart.far >= steps * p->far_motion;
+}
+
 static bool prove_apart(Proof *p, BlockRef a, BlockRef b) {
     const Surface *surface = &p->c->surface;
     const SurfacePanel *of_a = &surface->panels[a.panel], *of_b = &surface->panels[b.panel];
-    double apart = box_distance(&block_of(p, a)->place, &block_of(p, b)->place) -
-                   0.5 * (of_a->distance + of_b->distance);
+    double far = box_distance(&block_of(p, a)->place, &block_of(p, b)->place) -
+                 0.5 * (of_a->distance + of_b->distance);
     bool finest = a.level == 0 && b.level == 0;
     if (a.panel != b.panel || !quiet_is_lattice(surface, a.panel)) {
-        return take(p, &p->far_room, apart, p->far_motion, finest);
+        return take(p, &p->far_room, far, p->far_motion, finest);
     }
-    int lines = lines_between(a.i, b.i, a.level, of_a->nu, of_a->wrap) +
-                lines_between(a.j, b.j, a.level, of_a->nv, false);
-    bool lasts = apart >= p->steps * min2(lines * p->near_motion, p->far_motion);
-    return take_apart(p, apart, lines, !lasts ? bridge_room(p, a, b) : 0.0, finest);
+    int cells = SURFACE_BLOCK << a.level;
+    Apart apart = {far, far / (lines_between(a.i, b.i, cells, of_a->nu, of_a->wrap) +
+                               lines_between(a.j, b.j, cells, of_a->nv, false))};
+    if (!lasts(p, apart, p->steps)) {
+        apart.near = max2(bridge_room(p, a, b), apart.near);
+    }
+    double steps = min2(p->steps, CONTACT_QUIET_FOLD_STEPS);
+    for (int axis = 1; axis >= 0 && finest && !lasts(p, apart, steps); axis--) {
+        Apart cut = strips_apart(p, a, b, axis);
+        apart = (Apart){max2(cut.far, apart.far), max2(cut.near, apart.near)};
+    }
+    return take_apart(p, apart, finest);
 }
 
 static bool are_neighbours(const Proof *p, BlockRef a, BlockRef b) {
@@ -258,7 +297,9 @@ static int children_of(const Proof *p, BlockRef a, bool split, BlockRef child[4]
 /* by address: copies of what was just put together wait for it */
 static void prove_pair(Proof *p, const BlockRef *a, const BlockRef *b) {
     bool same = a->panel == b->panel && a->level == b->level && a->i == b->i && a->j == b->j;
+    double steps = p->steps;
     if (p->fails || (are_neighbours(p, *a, *b) ? prove_flat(p, *a, *b) : prove_apart(p, *a, *b))) {
+        p->tight = p->steps < steps ? (QuietPair){*a, *b, true} : p->tight;
         return;
     }
     BlockRef of_a[4], of_b[4];
@@ -296,6 +337,11 @@ static BlockRef root_of(const Contact *c, int panel) {
 static void prove_all(Proof *p) {
     const Contact *c = p->c;
     const Surface *surface = &c->surface;
+    const QuietPair *tight =
+        &c->quiet.tight; /* first: what will last longer is left in coarse blocks */
+    if (tight->is_known) {
+        prove_pair(p, &tight->a, &tight->b);
+    }
     for (int a = 0; a < c->def->panel_count && !p->fails; a++) {
         if (c->quiet.panels[a].level_count == 0) {
             continue;
@@ -325,6 +371,12 @@ static double fastest_obstacle(const Contact *c) {
     return most;
 }
 
+/* [m/s] of cloth towards cloth, or towards an obstacle at rest */
+static double approach(const Contact *c) {
+    const ContactSpeeds *speeds = &c->quiet.speeds;
+    return c->def->obstacle_count > 0 ? max2(speeds->mutual, speeds->fastest) : speeds->mutual;
+}
+
 /* [m] room of neighbours that is worth looking for: a share of what flat cloth has */
 static double near_enough(const Contact *c) {
     double room = INFINITY;
@@ -349,15 +401,15 @@ bool quiet_prove(Contact *c, double dt) {
     const ContactMotion *motion = &c->view.motion;
     double steps = c->step_count - quiet->proven, near = quiet->spread / steps;
     if (!(quiet->holds && steps > 0.0 && near > 0.0)) {
-        quiet->fastest = motion->fastest(motion->owner);
-        quiet->relative = motion->relative(motion->owner);
-        near = dt * quiet->relative;
+        double fastest = motion->fastest(motion->owner);
+        quiet->speeds = (ContactSpeeds){fastest, 2.0 * fastest, motion->relative(motion->owner)};
+        near = dt * quiet->speeds.relative;
     }
     Proof proof = {.c = c,
                    .view = {&c->surface, c->view.lanes, c->view.slot, c->def->vertex_count, c->x,
                             quiet->kernel},
                    .near_motion = near,
-                   .far_motion = dt * (2.0 * quiet->fastest + fastest_obstacle(c)),
+                   .far_motion = dt * (approach(c) + fastest_obstacle(c)),
                    .near_room = INFINITY,
                    .far_room = INFINITY,
                    .steps = aim(c, near)};
@@ -370,6 +422,7 @@ bool quiet_prove(Contact *c, double dt) {
     quiet->close = false;
     quiet->near_room = proof.near_room, quiet->far_room = proof.far_room;
     quiet->lasting = proof.steps;
+    quiet->tight = proof.tight;
     quiet->proven = c->step_count;
     quiet->cost = CONTACT_QUIET_COST;
     quiet->retry = c->step_count + CONTACT_QUIET_RETRY;
@@ -385,8 +438,14 @@ bool quiet_continues(Contact *c, double steps) {
     if (!quiet->holds || !c->view.continues || c->def->obstacle_count > 0) {
         return false;
     }
-    quiet->fastest = motion->fastest(motion->owner); /* velocities may be others */
-    quiet->relative = 2.0 * quiet->fastest;
+    ContactSpeeds *speeds = &quiet->speeds; /* velocities may be others */
+    double fastest = motion->fastest(motion->owner), mutual = 2.0 * fastest, relative = mutual;
+    if (speeds->fastest > 0.0) {
+        double more = max2(1.0, fastest / speeds->fastest);
+        mutual = min2(mutual, more * speeds->mutual);
+        relative = min2(relative, more * speeds->relative);
+    }
+    *speeds = (ContactSpeeds){fastest, mutual, relative};
     quiet->proven -= steps;
     return true;
 }
@@ -419,11 +478,11 @@ bool quiet_has_room(Contact *c, double dt) {
     Quiet *quiet = &c->quiet;
     const ContactMotion *motion = &c->view.motion;
     bool was_close = quiet->close;
-    quiet->close =
-        was_close || quiet->near_room < CONTACT_QUIET_CLOSE_STEPS * dt * 2.0 * quiet->fastest;
+    quiet->close = was_close ||
+                   quiet->near_room < CONTACT_QUIET_CLOSE_STEPS * dt * 2.0 * quiet->speeds.fastest;
     double most = quiet->close && !was_close ? QUIET_FRAMED * QUIET_FASTER : QUIET_FASTER;
-    double fast = most * dt * 2.0 * quiet->fastest, own = dt * fastest_obstacle(c);
-    double step = most * dt * quiet->relative;
+    double fast = most * dt * approach(c), own = dt * fastest_obstacle(c);
+    double step = most * dt * quiet->speeds.relative;
     quiet->near_step = quiet->far_step = INFINITY;
     if (quiet->far_path + fast + own >= quiet->far_room) {
         quiet->far_step = 2.0 * dt * motion->fastest(motion->owner);
@@ -435,11 +494,12 @@ bool quiet_has_room(Contact *c, double dt) {
            near_has_room(quiet, motion, c->step_count - quiet->proven, step, dt);
 }
 
-bool quiet_spend(Contact *c, double fastest, double relative, double dt) {
+bool quiet_spend(Contact *c, const ContactSpeeds *speeds, double dt) {
     Quiet *quiet = &c->quiet;
-    quiet->fastest = fastest;
-    quiet->relative = min2(relative, 2.0 * fastest);
-    quiet->near_path += min2(dt * quiet->relative, quiet->near_step);
-    quiet->far_path += min2(dt * 2.0 * fastest, quiet->far_step) + dt * fastest_obstacle(c);
+    quiet->speeds = *speeds;
+    quiet->speeds.mutual = min2(speeds->mutual, 2.0 * speeds->fastest);
+    quiet->speeds.relative = min2(speeds->relative, quiet->speeds.mutual);
+    quiet->near_path += min2(dt * quiet->speeds.relative, quiet->near_step);
+    quiet->far_path += min2(dt * approach(c), quiet->far_step) + dt * fastest_obstacle(c);
     return quiet->near_path < quiet->near_room && quiet->far_path < quiet->far_room;
 }

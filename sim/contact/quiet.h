@@ -24,20 +24,30 @@
 #include "sim/contact/contact.h"
 #include "sim/contact/quiet_blocks.h"
 
+typedef struct BlockRef {
+    int panel, level, i, j;
+} BlockRef;
+
+typedef struct QuietPair {
+    BlockRef a, b;
+    bool is_known;
+} QuietPair;
+
 typedef struct Quiet {
     QuietPanel *panels; /* (panels of the surface) */
-    SlopeKernel *kernel;
+    const SlopeKernel *kernel;
     bool holds;
     double near_room, near_path; /* [m] of neighbours against each other */
     double far_room, far_path;   /* [m] of two bodies towards each other */
     double spread;               /* [m] of neighbours as looked at last */
     double near_step, far_step;  /* [m] of the step that follows, if looked at; else infinite */
-    double fastest, relative;    /* [m/s] vertex, neighbours against each other in the last step */
+    ContactSpeeds speeds;        /* of the last step */
     bool close; /* is a close bound of `relative` wanted? Until the proof ends: without it leaps */
-    double lasting; /* [steps] of the last proof, as far as was known */
-    double proven;  /* step of the interval before which it was proven */
-    double cost;    /* [looks] of the proof, and of looking since then */
-    double retry;   /* step of the interval from which on to try again */
+    double lasting;  /* [steps] of the last proof, as far as was known */
+    QuietPair tight; /* that let it last no longer */
+    double proven;   /* step of the interval before which it was proven */
+    double cost;     /* [looks] of the proof, and of looking since then */
+    double retry;    /* step of the interval from which on to try again */
 } Quiet;
 
 Quiet quiet_create(const Surface *surface, Arena *arena);
@@ -54,8 +64,7 @@ bool quiet_continues(Contact *contact, double steps);
  * when its velocities are known. */
 bool quiet_has_room(Contact *contact, double dt);
 
-/* Takes a step of dt out of the rooms, in which no vertex was faster than `fastest` [m/s] and no neighbours
- * than `relative` against each other; false: it was too long. */
-bool quiet_spend(Contact *contact, double fastest, double relative, double dt);
+/* Takes a step of dt out of the rooms; false: it was too long. */
+bool quiet_spend(Contact *c, const ContactSpeeds *speeds, double dt);
 
 #endif

@@ -3,10 +3,10 @@
 #include <math.h>
 #include <string.h>
 
-SlopeKernel *quiet_blocks_kernel(VectorWidth width) {
-    static SlopeKernel *const *const kernels[] = {&slope_kernel_scalar, &slope_kernel_sse2,
-                                                  &slope_kernel_avx2, &slope_kernel_avx512};
-    return *kernels[width];
+const SlopeKernel *quiet_blocks_kernel(VectorWidth width) {
+    static const SlopeKernel *const kernels[] = {&slope_kernel_scalar, &slope_kernel_sse2,
+                                                 &slope_kernel_avx2, &slope_kernel_avx512};
+    return kernels[width];
 }
 
 QuietPanel *quiet_blocks_create(const Surface *surface, Arena *arena) {
@@ -57,25 +57,42 @@ static void batch_begin(Batch *batch, const QuietView *view, int panel) {
     batch->view = view;
     batch->panel = panel;
     batch->count = 0;
-    memset(&batch->rows, 0, sizeof batch->rows); /* all of them are worked on */
+    memset(batch->rows.row, 0, sizeof batch->rows.row); /* all of them are worked on */
+    memset(batch->rows.column, 0, sizeof batch->rows.column);
     for (int k = 0; k < SLOPE_BATCH; k++) {
         batch->rows.cells[0][k] = batch->rows.cells[1][k] = 1.0;
     }
 }
 
+static Slopes slopes_at(const SlopeValues *from, int k) {
+    const SlopeRow *u = from->mean[0], *v = from->mean[1], *n = from->normal;
+    return (Slopes){.mean = {{u[0][k], u[1][k], u[2][k]}, {v[0][k], v[1][k], v[2][k]}},
+                    .normal = {n[0][k], n[1][k], n[2][k]},
+                    .flat = from->flat[k],
+                    .steep = from->steep[k]};
+}
+
+static void slopes_put(SlopeValues *to, int k, const Slopes *from) {
+    for (int a = 0; a < 2; a++) {
+        to->mean[a][0][k] = from->mean[a].x, to->mean[a][1][k] = from->mean[a].y;
+        to->mean[a][2][k] = from->mean[a].z;
+    }
+    to->normal[0][k] = from->normal.x, to->normal[1][k] = from->normal.y;
+    to->normal[2][k] = from->normal.z;
+    to->flat[k] = from->flat, to->steep[k] = from->steep;
+}
+
 static void batch_end(Batch *batch) {
     SlopeRows *rows = &batch->rows;
-    const SurfacePanel *panel = &batch->view->surface->panels[batch->panel];
-    batch->view->kernel((double[]){panel->h1, panel->h2}, rows);
+    const QuietView *view = batch->view;
+    const SurfacePanel *panel = &view->surface->panels[batch->panel];
+    SlopeNodes nodes = {{panel->h1, panel->h2}, view->slot + panel->first, view->lanes->x};
+    view->kernel->fit(&nodes, rows); /* a lattice is cloth */
     for (int k = 0; k < batch->count; k++) {
-        SlopeRow *u = rows->mean[0], *v = rows->mean[1], *n = rows->normal;
         SlopeRow *low = rows->low, *high = rows->high;
         *batch->blocks[k] = (QuietBlock){
             .place = {{low[0][k], low[1][k], low[2][k]}, {high[0][k], high[1][k], high[2][k]}},
-            .slopes = {.mean = {{u[0][k], u[1][k], u[2][k]}, {v[0][k], v[1][k], v[2][k]}},
-                       .normal = {n[0][k], n[1][k], n[2][k]},
-                       .flat = rows->flat[k],
-                       .steep = rows->steep[k]},
+            .slopes = slopes_at(&rows->slopes, k),
         };
     }
     batch->count = 0;
@@ -83,27 +100,15 @@ static void batch_end(Batch *batch) {
 
 /* a rectangle of cells, at most SURFACE_BLOCK along each side */
 static void batch_add(Batch *batch, const int first[2], const int cells[2], QuietBlock *block) {
-    const QuietView *view = batch->view;
-    const SurfacePanel *panel = &view->surface->panels[batch->panel];
+    const SurfacePanel *panel = &batch->view->surface->panels[batch->panel];
     SlopeRows *rows = &batch->rows;
     int at = batch->count++;
     batch->blocks[at] = block;
     rows->cells[0][at] = cells[0], rows->cells[1][at] = cells[1];
-    double *const *x = view->lanes->x; /* a lattice is cloth */
-    int column[SLOPE_NODES];
     for (int k = 0; k < SLOPE_NODES; k++) {
         int i = first[0] + (k < cells[0] ? k : cells[0]);
-        column[k] = i < panel->nu ? i : i - panel->nu;
-    }
-    for (int m = 0; m < SLOPE_NODES; m++) {
-        int row = first[1] + (m < cells[1] ? m : cells[1]);
-        const int *slot = view->slot + panel->first + row * panel->nu;
-        for (int k = 0; k < SLOPE_NODES; k++) {
-            int s = slot[column[k]];
-            rows->x[m][k][0][at] = x[0][s];
-            rows->x[m][k][1][at] = x[1][s];
-            rows->x[m][k][2][at] = x[2][s];
-        }
+        rows->column[k][at] = i < panel->nu ? i : i - panel->nu;
+        rows->row[k][at] = (first[1] + (k < cells[1] ? k : cells[1])) * panel->nu;
     }
     if (batch->count == SLOPE_BATCH) {
         batch_end(batch);
@@ -141,41 +146,86 @@ static void fit_scattered(const QuietView *view, const QuietLevel *level, int p)
     }
 }
 
-const QuietBlock *quiet_blocks_cut(const QuietView *view, QuietPanel *panel, int p,
-                                   const int block[2], int axis) {
+/* a leaf along an axis */
+static void cut_leaf(Batch *batch, const QuietPanel *panel, const int block[2], int axis) {
+    const SurfacePanel *of = &batch->view->surface->panels[batch->panel];
     int leaf = block[1] * panel->level[0].across + block[0];
-    QuietBlock *strips = panel->strips[leaf].strip[axis];
-    if (!(panel->cut[leaf] & 1 << axis)) {
-        const SurfacePanel *of = &view->surface->panels[p];
-        int first[2] = {block[0] * SURFACE_BLOCK, block[1] * SURFACE_BLOCK}, cells[2];
-        int count = quiet_blocks_cells(of, block, axis);
-        cells[axis] = 1, cells[1 - axis] = quiet_blocks_cells(of, block, 1 - axis);
-        Batch batch;
-        batch_begin(&batch, view, p);
-        for (int k = 0; k < count; k++, first[axis]++) {
-            batch_add(&batch, first, cells, &strips[k]);
-        }
-        batch_end(&batch);
-        panel->cut[leaf] |= (unsigned char)(1 << axis);
+    int first[2] = {block[0] * SURFACE_BLOCK, block[1] * SURFACE_BLOCK}, cells[2];
+    int count = quiet_blocks_cells(of, block, axis);
+    cells[axis] = 1, cells[1 - axis] = quiet_blocks_cells(of, block, 1 - axis);
+    for (int k = 0; k < count; k++, first[axis]++) {
+        batch_add(batch, first, cells, &panel->strips[leaf].strip[axis][k]);
     }
-    return strips;
+    panel->cut[leaf] |= (unsigned char)(1 << axis);
 }
 
-/* a block of those of the next finer level */
-static void fit_sum(const QuietLevel *fine, int i, int j, bool lattice, QuietBlock *sum) {
-    const Slopes *part[4];
-    int count = 0;
-    sum->place = box_empty();
-    for (int k = 0; k < 4; k++) {
-        int column = 2 * i + (k & 1), row = 2 * j + (k >> 1);
-        if (column < fine->across && row < fine->along) {
-            const QuietBlock *block = &fine->blocks[row * fine->across + column];
-            sum->place = box_union(sum->place, block->place);
-            part[count++] = &block->slopes;
+const QuietBlock *quiet_blocks_cut(const QuietView *view, const QuietPanel *panel, int p,
+                                   const int block[2], int axis) {
+    int across = panel->level[0].across, leaf = block[1] * across + block[0];
+    if (!(panel->cut[leaf] & 1 << axis)) {
+        /* with the other of two, which fits in the same vectors */
+        int other[2] = {block[0] ^ 1, block[1]};
+        Batch batch;
+        batch_begin(&batch, view, p);
+        cut_leaf(&batch, panel, block, axis);
+        if (other[0] < across) {
+            cut_leaf(&batch, panel, other, axis);
+        }
+        batch_end(&batch);
+    }
+    return panel->strips[leaf].strip[axis];
+}
+
+_Static_assert(2 * SURFACE_BLOCK <= SLOPE_BATCH, "the strips of two leaves are one batch");
+
+void quiet_blocks_join(const SlopeKernel *kernel, const Slopes *part[][SLOPE_PARTS],
+                       Slopes *all[]) {
+    SlopeJoin join;
+    for (int k = 0; k < SLOPE_BATCH; k++) {
+        for (int m = 0; m < SLOPE_PARTS; m++) {
+            slopes_put(&join.part[m], k, part[k][m]);
         }
     }
-    if (lattice) {
-        sum->slopes = slopes_join(part, count);
+    kernel->join(&join);
+    for (int k = 0; k < SLOPE_BATCH; k++) {
+        *all[k] = slopes_at(&join.all, k);
+    }
+}
+
+/* The four blocks of the next finer level, at a side some of them twice. */
+static void blocks_within(const QuietLevel *fine, int across, int b, const QuietBlock *part[]) {
+    for (int k = 0; k < SLOPE_PARTS; k++) {
+        int column = 2 * (b % across) + (k & 1), row = 2 * (b / across) + (k >> 1);
+        column = column < fine->across ? column : fine->across - 1;
+        row = row < fine->along ? row : fine->along - 1;
+        part[k] = &fine->blocks[row * fine->across + column];
+    }
+}
+
+/* blocks of those of the next finer level */
+static void fit_level(const QuietView *view, const QuietLevel *fine, const QuietLevel *level,
+                      bool lattice) {
+    const Slopes *slopes[SLOPE_BATCH][SLOPE_PARTS];
+    Slopes *all[SLOPE_BATCH];
+    int count = level->across * level->along;
+    for (int first = 0; first < count; first += SLOPE_BATCH) {
+        for (int k = 0; k < SLOPE_BATCH; k++) {
+            int b = first + k < count ? first + k : count - 1; /* the last one again */
+            QuietBlock *block = &level->blocks[b];
+            const QuietBlock *part[SLOPE_PARTS];
+            blocks_within(fine, level->across, b, part);
+            block->place = part[0]->place;
+            for (int m = 1; m < SLOPE_PARTS; m++) {
+                block->place = box_union(block->place, part[m]->place);
+            }
+            for (int m = 0; m < SLOPE_PARTS; m++) {
+                slopes[k][m] = &part[m]->slopes;
+            }
+            all[k] = &block->slopes;
+        }
+        if (lattice) {
+            quiet_blocks_join(view->kernel, slopes, all);
+        }
     }
 }
 
@@ -194,10 +244,9 @@ void quiet_blocks_fit(const QuietView *view, QuietPanel *panel, int p) {
         const QuietLevel *level = &panel->level[k];
         for (int b = 0; b < level->across * level->along; b++) {
             level->window[b] = NAN;
-            if (k > 0) {
-                fit_sum(&panel->level[k - 1], b % level->across, b / level->across, lattice,
-                        &level->blocks[b]);
-            }
+        }
+        if (k > 0) {
+            fit_level(view, &panel->level[k - 1], level, lattice);
         }
     }
 }

@@ -42,12 +42,15 @@ typedef struct QuietView {
     const int *slot; /* (cloth_count) */
     int cloth_count;
     const double *x; /* [m] (places x 3) */
-    SlopeKernel *kernel;
+    const SlopeKernel *kernel;
 } QuietView;
 
-SlopeKernel *quiet_blocks_kernel(VectorWidth width);
+const SlopeKernel *quiet_blocks_kernel(VectorWidth width);
 
 QuietPanel *quiet_blocks_create(const Surface *surface, Arena *arena);
+
+/* Slopes of SLOPE_BATCH blocks, each of SLOPE_PARTS others; some may be the same. */
+void quiet_blocks_join(const SlopeKernel *kernel, const Slopes *part[][SLOPE_PARTS], Slopes *all[]);
 
 /* Bounds of the positions of now; forgets windows and strips. */
 void quiet_blocks_fit(const QuietView *view, QuietPanel *panel, int p);
@@ -56,7 +59,7 @@ void quiet_blocks_fit(const QuietView *view, QuietPanel *panel, int p);
 int quiet_blocks_cells(const SurfacePanel *panel, const int block[2], int axis);
 
 /* Strips of a leaf, one after the other along an axis. */
-const QuietBlock *quiet_blocks_cut(const QuietView *view, QuietPanel *panel, int p,
+const QuietBlock *quiet_blocks_cut(const QuietView *view, const QuietPanel *panel, int p,
                                    const int block[2], int axis);
 
 static inline bool quiet_is_lattice(const Surface *surface, int panel) {

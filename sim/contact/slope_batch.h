@@ -12,20 +12,42 @@
 /* One number of all blocks. */
 typedef double SlopeRow[SLOPE_BATCH];
 
+/* The nodes of a lattice: node n is at x[0 .. 2][slot[n]] [m]. */
+typedef struct SlopeNodes {
+    double h[2]; /* [m] size of a cell */
+    const int *slot;
+    double *const *x;
+} SlopeNodes;
+
+/* Of blocks, as Slopes. */
+typedef struct SlopeValues {
+    SlopeRow mean[2][3];  /* of dx/du, dx/dv */
+    SlopeRow normal[3];   /* unit vector across both */
+    SlopeRow flat, steep; /* largest difference from the mean within the plane, across it */
+} SlopeValues;
+
 typedef struct SlopeRows {
-    SlopeRow x[SLOPE_NODES][SLOPE_NODES]
-              [3];            /* [m] in: nodes along v, u; past a side the last ones again */
+    /* in: first node of a row of a block, and how far the nodes of its columns are from there; past a side
+     * the last one again */
+    int row[SLOPE_NODES][SLOPE_BATCH], column[SLOPE_NODES][SLOPE_BATCH];
     SlopeRow cells[2];        /* in: 1 .. SURFACE_BLOCK along u, v */
     SlopeRow low[3], high[3]; /* [m] out: box of the nodes */
-    SlopeRow mean[2][3];      /* out: of dx/du, dx/dv */
-    SlopeRow normal[3];       /* out: unit vector across both */
-    SlopeRow flat, steep; /* out: largest difference from the mean within the plane, across it */
+    SlopeValues slopes;       /* out */
 } SlopeRows;
 
-/* h: [m] size of a cell. */
-typedef void SlopeKernel(const double h[2], SlopeRows *rows);
+#define SLOPE_PARTS 4 /* of a block of the next coarser level */
 
-extern SlopeKernel *const slope_kernel_scalar,
-    *const slope_kernel_sse2, *const slope_kernel_avx2, *const slope_kernel_avx512;
+typedef struct SlopeJoin {
+    SlopeValues part[SLOPE_PARTS]; /* in: some may be the same */
+    SlopeValues all;               /* out: of all parts at once */
+} SlopeJoin;
+
+typedef struct SlopeKernel {
+    void (*fit)(const SlopeNodes *nodes, SlopeRows *rows);
+    void (*join)(SlopeJoin *join);
+} SlopeKernel;
+
+extern const SlopeKernel slope_kernel_scalar, slope_kernel_sse2, slope_kernel_avx2,
+    slope_kernel_avx512;
 
 #endif

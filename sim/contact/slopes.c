@@ -20,8 +20,7 @@ static inline Slopes middle_of(const Slopes *const part[], int count) {
 
 /* Largest |P (G - C)| of a block for the mean and the plane of `middle`. What leaves the plane of the
  * block shows there by the sine of the angle of both planes. */
-static inline double flat_of(const Slopes *part, const Slopes *middle, double *cosine,
-                             double *sine) {
+static inline double flat_of(const Slopes *part, const Slopes *middle) {
     Vec3 n = middle->normal;
     double square = 0.0;
     for (int k = 0; k < 2; k++) {
@@ -30,34 +29,14 @@ static inline double flat_of(const Slopes *part, const Slopes *middle, double *c
         square += vec3_dot(d, d);
     }
     Vec3 turn = vec3_cross(part->normal, n);
-    *cosine = fabs(vec3_dot(part->normal, n));
-    *sine = vec3_length(turn);
-    return sqrt(square) + part->flat + *sine * part->steep;
-}
-
-static inline double steep_of(const Slopes *part, const Slopes *middle, double cosine,
-                              double sine) {
-    double a = vec3_dot(middle->normal, vec3_sub(part->mean[0], middle->mean[0]));
-    double b = vec3_dot(middle->normal, vec3_sub(part->mean[1], middle->mean[1]));
-    return sqrt(a * a + b * b) + cosine * part->steep + sine * part->flat;
-}
-
-Slopes slopes_join(const Slopes *const part[], int count) {
-    Slopes all = middle_of(part, count);
-    for (int k = 0; k < count; k++) {
-        double cosine, sine;
-        all.flat = max2(all.flat, flat_of(part[k], &all, &cosine, &sine));
-        all.steep = max2(all.steep, steep_of(part[k], &all, cosine, sine));
-    }
-    return all;
+    return sqrt(square) + part->flat + vec3_length(turn) * part->steep;
 }
 
 double slopes_least(const Slopes *const part[], int count) {
     Slopes all = middle_of(part, count);
     double most = 0.0;
     for (int k = 0; k < count; k++) {
-        double cosine, sine;
-        most = max2(most, flat_of(part[k], &all, &cosine, &sine));
+        most = max2(most, flat_of(part[k], &all));
     }
     return flatness_stretch(all.mean[0], all.mean[1]) - most;
 }

@@ -16,9 +16,6 @@ typedef struct Slopes {
     double flat, steep; /* largest |G - C| within the plane; along the normal */
 } Slopes;
 
-/* Of several blocks at once. */
-Slopes slopes_join(const Slopes *const part[], int count);
-
 /* s_min(P C) - e over several blocks. */
 double slopes_least(const Slopes *const part[], int count);
 

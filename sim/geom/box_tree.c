@@ -4,13 +4,6 @@
 
 #define PART_LEVELS 6 /* 64 nodes with themselves and 192 pairs of others, at most */
 
-double box_distance(const Box *a, const Box *b) {
-    double x = max2(0.0, max2(a->low.x - b->high.x, b->low.x - a->high.x));
-    double y = max2(0.0, max2(a->low.y - b->high.y, b->low.y - a->high.y));
-    double z = max2(0.0, max2(a->low.z - b->high.z, b->low.z - a->high.z));
-    return sqrt(x * x + y * y + z * z);
-}
-
 typedef struct Keyed {
     double key;
     int item;

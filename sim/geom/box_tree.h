@@ -37,7 +37,12 @@ static inline bool box_near(const Box *a, const Box *b, double reach) {
     return max2(max2(x, y), z) <= reach;
 }
 /* [m] lower bound of the distance of their contents */
-double box_distance(const Box *a, const Box *b);
+static inline double box_distance(const Box *a, const Box *b) {
+    double x = max2(0.0, max2(a->low.x - b->high.x, b->low.x - a->high.x));
+    double y = max2(0.0, max2(a->low.y - b->high.y, b->low.y - a->high.y));
+    double z = max2(0.0, max2(a->low.z - b->high.z, b->low.z - a->high.z));
+    return sqrt(x * x + y * y + z * z);
+}
 
 typedef struct BoxTree {
     int item_count, node_count;

@@ -11,6 +11,7 @@
 #include <stdbool.h>
 
 #include "sim/base/vec.h"
+#include "sim/geom/box_tree.h"
 #include "sim/geom/lanes.h"
 
 /* One lattice and its constants; shared by all variants. */
@@ -60,7 +61,7 @@ typedef struct SweepDrift {
 /* How fast nodes are: every row in a frame that moves with the mean of two of its nodes, or stands. */
 typedef struct SweepSpeed {
     double within; /* [m2/s2] largest square in those frames */
-    double frame;  /* [m2/s2] of a frame */
+    Box frames;    /* [m/s] of the velocities of frames */
     double shear;  /* [m2/s2] of a frame against that of the next row */
 } SweepSpeed;
 

@@ -493,10 +493,13 @@ ONE_LOOP double drift_row(const Lanes *lanes, size_t at, int count, double dt, b
 
 static SweepSpeed drift_rows(const SweepLattice *l, const Lanes *lanes, const SweepDrift *drift,
                              int row_begin, int row_end) {
-    SweepSpeed speed = {0.0, 0.0, 0.0};
+    SweepSpeed speed = {0.0, {{0, 0, 0}, {0, 0, 0}}, 0.0};
     size_t stride = (size_t)l->stride, first = (size_t)l->first + (size_t)row_begin * stride;
     size_t left = (size_t)(l->nu / FRAME_NODES), right = (size_t)(l->nu - 1) - left;
     Vec3 frame = vec3(0, 0, 0), next = frame_of(lanes->v, first + left, first + right);
+    if (drift->frames) {
+        speed.frames = box_empty();
+    }
     for (int j = row_begin; j < row_end; j++) {
         size_t at = (size_t)l->first + (size_t)j * stride;
         if (!drift->frames) {
@@ -508,7 +511,7 @@ static SweepSpeed drift_rows(const SweepLattice *l, const Lanes *lanes, const Sw
             }
             Vec3 shear = vec3_sub(next, frame);
             speed.shear = max2(vec3_dot(shear, shear), speed.shear);
-            speed.frame = max2(vec3_dot(frame, frame), speed.frame);
+            box_add(&speed.frames, frame);
             speed.within = max2(drift_row(lanes, at, l->nu, drift->dt, true, frame), speed.within);
         }
         lead_row(l, lanes, drift->bent, lanes->bent, at);

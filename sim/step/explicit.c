@@ -310,16 +310,44 @@ static double drift_place(Explicit *e, int place, const SweepDrift *drift) {
     return square;
 }
 
-/* How fast anything was in a drift. */
-typedef struct Speeds {
-    double fastest; /* [m/s] no node was faster */
-    double
-        relative; /* [m/s] no two nodes next to each other on a lattice were against each other */
-} Speeds;
+/* [m/s] of all cloth in a drift; of frames, see sweep.h */
+typedef struct Drifted {
+    double within, relative; /* in a frame; of two nodes next to each other */
+    Box frames;
+} Drifted;
+
+static void add_speeds(Drifted *all, const SweepSpeed *speed, int count) {
+    double within = 0.0, shear = 0.0;
+    for (int k = 0; k < count; k++) {
+        within = max2(speed[k].within, within), shear = max2(speed[k].shear, shear);
+        all->frames = box_union(all->frames, speed[k].frames);
+    }
+    within = sqrt(within);
+    all->within = max2(within, all->within);
+    all->relative = max2(2.0 * within + sqrt(shear), all->relative);
+}
+
+static ContactSpeeds speeds_of(const Drifted *all) {
+    Vec3 low = all->frames.low, high = all->frames.high;
+    Vec3 most = {max2(-low.x, high.x), max2(-low.y, high.y), max2(-low.z, high.z)};
+    return (ContactSpeeds){.fastest = all->within + vec3_length(most),
+                           .mutual = 2.0 * all->within + vec3_length(vec3_sub(high, low)),
+                           .relative = all->relative};
+}
+
+/* [m2/s2] of the fastest; places from `first` on, up to those of the next cloth */
+static double drift_places(Explicit *e, int c, int first, const SweepDrift *drift) {
+    double square = 0.0;
+    for (int i = first; i < e->system->first[c + 1]; i++) {
+        square = max2(drift_place(e, i, drift), square);
+    }
+    return square;
+}
 
 /* x += dt v, also for held places and ghosts, whose velocities lead to their targets */
-static Speeds drift(Explicit *e, double dt) {
-    double fastest = 0.0, relative = 0.0, other = 0.0;
+static ContactSpeeds drift(Explicit *e, double dt) {
+    Drifted all = {0.0, 0.0, box_empty()};
+    double ghosts = 0.0;
     bool frames = e->contact && contact_asks_relative(e->contact);
     for (int c = 0; c < e->system->cloth_count; c++) {
         const SweepLattice *l = &e->lattices[c];
@@ -329,30 +357,20 @@ static Speeds drift(Explicit *e, double dt) {
             DriftJob job = {e, l, one};
             int grain = (e->grain[c] + DRIFT_PARTS - 1) / DRIFT_PARTS;
             parallel_for(l->nv, grain, drift_chunk, &job);
-            double within = 0.0, frame = 0.0, shear = 0.0;
-            for (int k = 0; k < parallel_chunk_count(l->nv, grain); k++) {
-                SweepSpeed *of = &e->chunk_speed[k];
-                within = max2(of->within, within);
-                frame = max2(of->frame, frame), shear = max2(of->shear, shear);
-            }
-            within = sqrt(within);
-            fastest = max2(within + sqrt(frame), fastest);
-            relative = max2(2.0 * within + sqrt(shear), relative);
+            add_speeds(&all, e->chunk_speed, parallel_chunk_count(l->nv, grain));
             first += e->system->cloths[c].node_count;
-        }
-        double square = 0.0;
-        for (int i = first; i < e->system->first[c + 1]; i++) {
-            square = max2(drift_place(e, i, &one), square);
-        }
-        other = max2(square, other);
-        relative = l->nu > 0 ? relative : max2(2.0 * sqrt(square), relative);
-        if (l->nu > 0) {
+            ghosts = max2(drift_places(e, c, first, &one), ghosts);
             sweep_wrap_rows(l, e->lanes.x);
             sweep_wrap_rows(l, e->lanes.bent);
             sweep_wrap_rows(l, e->lanes.stretched);
+        } else {
+            SweepSpeed speed = {drift_places(e, c, first, &one), {{0, 0, 0}, {0, 0, 0}}, 0.0};
+            add_speeds(&all, &speed, 1);
         }
     }
-    return (Speeds){max2(sqrt(other), fastest), relative};
+    ContactSpeeds speeds = speeds_of(&all);
+    speeds.fastest = max2(sqrt(ghosts), speeds.fastest);
+    return speeds;
 }
 
 /* takes held places to their targets; returns the work [J] */
@@ -413,9 +431,9 @@ static void change_by_contact(Explicit *e, void (*change)(Contact *, double), do
 /* drift that crosses nothing */
 static double guarded_drift(Explicit *e, double dt) {
     change_by_contact(e, contact_guard, dt);
-    Speeds speeds = drift(e, dt);
+    ContactSpeeds speeds = drift(e, dt);
     if (e->contact) {
-        contact_drifted(e->contact, speeds.fastest, speeds.relative, dt);
+        contact_drifted(e->contact, &speeds, dt);
     }
     return speeds.fastest;
 }

@@ -5,7 +5,16 @@
 #include "sim/base/vector.h"
 #include "sim/step/looks.h"
 
-#define WHOLE_VECTORS 8 /* numbers of the widest kind */
+/* numbers of a vector: a loop over one keeps what it needs in registers */
+#if defined __AVX512F__
+#define WHOLE_VECTORS 8
+#elif defined __AVX2__
+#define WHOLE_VECTORS 4
+#else
+#define WHOLE_VECTORS 2
+#endif
+/* a loop for each use, with its flags known */
+#define ONE_LOOP static inline __attribute__((always_inline))
 
 typedef struct Most {
     double lane[WHOLE_VECTORS];
@@ -33,27 +42,26 @@ static inline void most_speed(const Lanes *lanes, size_t at, int width, Most *mo
     }
 }
 
-/* of x, each against that `next` slots later */
-static inline void most_difference(double *const x[3], size_t at, size_t next, int width,
-                                   Most *most) {
+/* Of x - from, or of x where `from` is NULL: each against that right of it, if `right`, and against that `up`
+ * slots later, if `above`. */
+ONE_LOOP void most_apart(double *const x[3], double *const from[3], size_t at, bool right,
+                         bool above, size_t up, int width, Most *most) {
     const double *restrict p = x[0] + at, *restrict q = x[1] + at, *restrict r = x[2] + at;
+    const double *restrict u = from ? from[0] + at : p, *restrict v = from ? from[1] + at : q;
+    const double *restrict w = from ? from[2] + at : r;
     VECTOR_LOOP
     for (int k = 0; k < width; k++) {
-        size_t n = (size_t)k + next;
-        keep_larger(most, k, p[n] - p[k], q[n] - q[k], r[n] - r[k]);
-    }
-}
-
-/* of x - from, likewise */
-static inline void most_spread(double *const x[3], double *const from[3], size_t at, size_t next,
-                               int width, Most *most) {
-    const double *restrict p = x[0] + at, *restrict q = x[1] + at, *restrict r = x[2] + at;
-    const double *restrict u = from[0] + at, *restrict v = from[1] + at, *restrict w = from[2] + at;
-    VECTOR_LOOP
-    for (int k = 0; k < width; k++) {
-        size_t n = (size_t)k + next;
-        keep_larger(most, k, (p[n] - p[k]) - (u[n] - u[k]), (q[n] - q[k]) - (v[n] - v[k]),
-                    (r[n] - r[k]) - (w[n] - w[k]));
+        size_t n = (size_t)k + 1, m = (size_t)k + up;
+        double a = from ? p[k] - u[k] : p[k], b = from ? q[k] - v[k] : q[k];
+        double c = from ? r[k] - w[k] : r[k];
+        if (right) {
+            keep_larger(most, k, (from ? p[n] - u[n] : p[n]) - a, (from ? q[n] - v[n] : q[n]) - b,
+                        (from ? r[n] - w[n] : r[n]) - c);
+        }
+        if (above) {
+            keep_larger(most, k, (from ? p[m] - u[m] : p[m]) - a, (from ? q[m] - v[m] : q[m]) - b,
+                        (from ? r[m] - w[m] : r[m]) - c);
+        }
     }
 }
 
@@ -78,35 +86,42 @@ static double fastest_of_rows(const SweepLattice *l, const Lanes *lanes, int row
     return most_of(&most);
 }
 
-static void spread_row(double *const x[3], double *const from[3], size_t at, size_t next, int count,
-                       Most *most) {
+/* nodes of a row from `begin` on */
+ONE_LOOP void spread_nodes(double *const x[3], double *const from[3], size_t at, int begin,
+                           int count, bool right, bool above, size_t up, Most *most) {
     bool whole = count >= WHOLE_VECTORS;
-    for (int i = 0; i < count; i += WHOLE_VECTORS) {
-        size_t begin = at + (size_t)(whole ? vector_start(i, count) : 0);
-        if (whole && from) {
-            most_spread(x, from, begin, next, WHOLE_VECTORS, most);
-        } else if (whole) {
-            most_difference(x, begin, next, WHOLE_VECTORS, most);
-        } else if (from) {
-            most_spread(x, from, begin, next, count, most);
-        } else {
-            most_difference(x, begin, next, count, most);
-        }
+    for (int i = begin; whole && i < count; i += WHOLE_VECTORS) {
+        most_apart(x, from, at + (size_t)vector_start(i, count), right, above, up, WHOLE_VECTORS,
+                   most);
+    }
+    if (!whole && begin < count) {
+        most_apart(x, from, at + (size_t)begin, right, above, up, count - begin, most);
     }
 }
 
 /* a wrapped row has its first node once more behind the last one */
-static double spread_of_rows(const SweepLattice *l, double *const x[3], double *const from[3],
-                             int row_begin, int row_end) {
+ONE_LOOP double spread_all(const SweepLattice *l, double *const x[3], double *const from[3],
+                           int row_begin, int row_end) {
     Most most = {{0.0}};
+    int pairs = l->wrap ? l->nu : l->nu - 1;
     for (int j = row_begin; j < row_end; j++) {
         size_t at = (size_t)l->first + (size_t)j * (size_t)l->stride;
-        spread_row(x, from, at, 1, l->wrap ? l->nu : l->nu - 1, &most);
-        if (j + 1 < l->nv) {
-            spread_row(x, from, at, (size_t)l->stride, l->nu, &most);
+        if (j + 1 == l->nv) {
+            spread_nodes(x, from, at, 0, pairs, true, false, 0, &most);
+            continue;
+        }
+        spread_nodes(x, from, at, 0, pairs, true, true, (size_t)l->stride, &most);
+        for (int i = pairs; i < l->nu; i++) {
+            most_apart(x, from, at + (size_t)i, false, true, (size_t)l->stride, 1, &most);
         }
     }
     return most_of(&most);
+}
+
+static double spread_of_rows(const SweepLattice *l, double *const x[3], double *const from[3],
+                             int row_begin, int row_end) {
+    return from ? spread_all(l, x, from, row_begin, row_end)
+                : spread_all(l, x, NULL, row_begin, row_end);
 }
 
 const LookKernel VECTOR_JOIN(look_kernel_, VECTOR_VARIANT) = {fastest_of_rows, spread_of_rows};
