@@ -17,20 +17,6 @@ typedef struct DuePair {
     int pair, owner;
 } DuePair;
 
-/* What one contact does in this step, found for all of them at once and then added in turn. */
-typedef struct ContactForce {
-    Vec3 sum, damping, friction; /* [N] all of it, and its parts that take energy */
-    double stiffness;            /* [N/m] for the inertia of the kick */
-    Vec3 carried;                /* [m/s] of what is met and follows a programme */
-    double approach;             /* [m/s] */
-} ContactForce;
-
-/* The vertices that a force pushes. */
-typedef struct ForceEnds {
-    int place[4];
-    double weight[4];
-} ForceEnds;
-
 /* Of two that stand for one contact, the second follows the bristle of the first. */
 typedef struct Follower {
     int second, first;

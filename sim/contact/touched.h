@@ -1,5 +1,5 @@
-/* touched.h: what contact does to single vertices in a step of the explicit road, and which of them it
- * touches. Not for others than the files of the explicit contact. */
+/* touched.h: what contacts do in a step of the explicit road, one by one and to single vertices, and which
+ * vertices they touch. Not for others than the files of the explicit contact. */
 #ifndef TOILE_CONTACT_TOUCHED_H
 #define TOILE_CONTACT_TOUCHED_H
 
@@ -8,6 +8,20 @@
 #include <string.h>
 
 #include "sim/base/vec.h"
+
+/* What one contact does in this step, found for all of them at once and then added in turn. */
+typedef struct ContactForce {
+    Vec3 sum, damping, friction; /* [N] all of it, and its parts that take energy */
+    double stiffness;            /* [N/m] for the inertia of the kick */
+    Vec3 carried;                /* [m/s] of what is met and follows a programme */
+    double approach;             /* [m/s] */
+} ContactForce;
+
+/* The vertices that a force pushes. */
+typedef struct ForceEnds {
+    int place[4];
+    double weight[4];
+} ForceEnds;
 
 /* A vertex is not touched; it has a Push; its force, the only one, is in the lanes. */
 enum { UNTOUCHED = 0, TOUCHED = 1, TOUCHED_ALONE = 2 };
