@@ -53,7 +53,7 @@ static void patch_make(Patch *p, double stretch, double noise) {
 }
 
 /* excess of a listed side when everything has moved on for a time */
-static double excess_after(const Patch *p, const LongSide *side, double time) {
+static double excess_after(const Patch *p, const BoundSide *side, double time) {
     Vec3 x[4];
     for (int k = 0; k < 4; k++) {
         int s = side->slot[k];
@@ -62,7 +62,10 @@ static double excess_after(const Patch *p, const LongSide *side, double time) {
     }
     Vec3 own = vec3_sub(x[1], x[0]), mean = vec3_scale(0.5, vec3_add(own, vec3_sub(x[3], x[2])));
     double spacing = abs(side->slot[1] - side->slot[0]) == 1 ? SPACING1 : SPACING2;
-    return vec3_length(own) - (1.0 + SWEEP_SIDE_EXCESS) * fmax(spacing, vec3_length(mean));
+    double length = vec3_length(own), stretched = vec3_length(mean);
+    double longest = (1.0 + SWEEP_SIDE_EXCESS) * fmax(spacing, stretched);
+    double shortest = (1.0 - SWEEP_SIDE_EXCESS) * fmin(spacing, stretched);
+    return fmax(length - longest, shortest - length);
 }
 
 static void test_slopes(void **unused) {
@@ -74,7 +77,7 @@ static void test_slopes(void **unused) {
         assert_true(p.sides.count > 10);
         double worst = 0.0, step = 1e-7, level = 0.0;
         for (int k = 0; k < p.sides.count; k++) {
-            const LongSide *side = &p.sides.shares->list[k];
+            const BoundSide *side = &p.sides.shares->list[k];
             double change = excess_after(&p, side, step) - excess_after(&p, side, -step);
             worst = fmax(worst, fabs(0.5 * change / step - side->before));
             level = fmax(level, fabs(excess_after(&p, side, 0.0) - side->excess));
@@ -131,7 +134,7 @@ static void test_impulses(void **unused) {
         sides_find(&p.sides, &p.lanes, p.held, true, 0.5 * share * dt);
         assert_int_equal(p.sides.count, 1);
         kick_sides(&p, dt, 0.5 * share);
-        const LongSide *side = p.sides.shares->list;
+        const BoundSide *side = p.sides.shares->list;
         double growth = (excess_after(&p, side, 1e-9) - excess_after(&p, side, -1e-9)) / 2e-9;
         double law = 0.5 * share * dt * side->stiffness * (side->excess + dt * growth);
         CHECK_NEAR(side->impulse / law, 1.0, 1e-5);
@@ -157,13 +160,14 @@ static void test_impulses(void **unused) {
     arena_free(&p.arena);
 }
 
-/* the kick of every kernel sees the cells that hold long sides, and no others */
+/* the kick of every kernel sees the cells that hold long or short sides, and no others */
 static void test_seen(void **unused) {
     (void)unused;
-    for (const SweepKernel *const *kernel = sweep_kernels; *kernel; kernel++) {
+    for (int n = 0; sweep_kernels[n / 2]; n++) {
+        const SweepKernel *const *kernel = &sweep_kernels[n / 2];
         Patch p;
         patch_make(&p, 1.0, 0.0);
-        p.lanes.x[1][slot_of(&p, NU * NV - 1)] += 0.1 * SPACING2;
+        p.lanes.x[1][slot_of(&p, NU * NV - 1)] += (n % 2 ? -0.1 : 0.1) * SPACING2;
         double *buffer = arena_push(&p.arena, double, SWEEP_BUFFER_ROWS *STRIDE + LANE_MARGIN);
         SweepKick kick = {1e-6, {0, 0, 0}, 1.0, p.sides.seen, NULL};
         if (!sweep_kernel_runs_here(*kernel)) {

@@ -5,24 +5,23 @@
 #include "sim/base/parallel.h"
 
 #define ENERGY_GRAIN 1024 /* sides a thread takes at once, some 10 us */
-#define ALLOWED (1.0 + SWEEP_SIDE_EXCESS)
 
 const int side_bound_corners[4][4] = {{0, 1, 2, 3}, {2, 3, 0, 1}, {0, 2, 1, 3}, {1, 3, 0, 2}};
 
 /* d2 excess: curving (I - along along') by the side itself, less uncurving (I - mean mean') by all four
- * pairs of vectors, all unit vectors */
+ * pairs of vectors, all unit vectors; of a side that is too short both are negative */
 typedef struct SideCurve {
     Vec3 along, mean;
     double curving, uncurving; /* [1/m] */
 } SideCurve;
 
-static SideCurve curve_of(Vec3 own, Vec3 mean, double spacing) {
+static SideCurve curve_of(const SideExcess *side, Vec3 own, Vec3 mean) {
     double length = vec3_length(own), stretched = vec3_length(mean);
-    bool moves = stretched > spacing;
+    bool moves = side->of_cell > 0.0;
     return (SideCurve){.along = vec3_scale(1.0 / length, own),
                        .mean = vec3_scale(moves ? 1.0 / stretched : 0.0, mean),
-                       .curving = 1.0 / length,
-                       .uncurving = moves ? 0.25 * ALLOWED / stretched : 0.0};
+                       .curving = side->sign / length,
+                       .uncurving = moves ? 0.25 * side->sign * side->of_cell / stretched : 0.0};
 }
 
 static Vec3 side_vector(const double *x, const int *node, const int *corner) {
@@ -58,11 +57,11 @@ static void energy_terms(int first, int end, const void *context, double *out) {
     const EnergyJob *job = context;
     for (int n = first; n < end; n++) {
         SideExcess side;
-        bool is_long = exceeded(job->lattice, job->cells, n / 4, n % 4, job->x, &side);
-        double bent = is_long ? min2(side.excess, side.most) : 0.0;
-        out[n - first] = is_long ? side_bound_stiffness(job->lattice, n % 4 / 2) * bent *
-                                       (side.excess - 0.5 * bent)
-                                 : 0.0;
+        bool is_beyond = exceeded(job->lattice, job->cells, n / 4, n % 4, job->x, &side);
+        double bent = is_beyond ? min2(side.excess, side.most) : 0.0;
+        out[n - first] = is_beyond ? side_bound_stiffness(job->lattice, n % 4 / 2) * bent *
+                                         (side.excess - 0.5 * bent)
+                                   : 0.0;
     }
 }
 
@@ -101,7 +100,10 @@ static void vector_block(const SideExcess *side, const SideCurve *curve, double 
     vec3_store(m, curve->mean);
     double bent = min2(side->excess, side->most), stiff = side->excess < side->most ? 1.0 : 0.0;
     double curving = p == 0 && q == 0 ? bent * curve->curving : 0.0;
-    double uncurving = definite ? 0.0 : bent * curve->uncurving;
+    double uncurving = bent * curve->uncurving;
+    if (definite) {
+        curving = max2(curving, 0.0), uncurving = min2(uncurving, 0.0);
+    }
     for (int r = 0; r < 3; r++) {
         for (int c = 0; c < 3; c++) {
             double one = r == c ? 1.0 : 0.0;
@@ -138,7 +140,7 @@ void side_bound_add_hessian(const SweepLattice *l, const StrainSamples *cells, c
             SideExcess side;
             side_vectors(cells, i, k, x, &own, &mean);
             if (side_bound_exceeded(own, mean, side_spacing(l, k), &side)) {
-                SideCurve curve = curve_of(own, mean, side_spacing(l, k));
+                SideCurve curve = curve_of(&side, own, mean);
                 add_side_hessian(&side, &curve, side_bound_stiffness(l, k / 2), definite,
                                  side_bound_corners[k], cells->places + cells->place_start[i],
                                  values);

@@ -34,10 +34,11 @@ typedef struct SweepLattice {
 #define SWEEP_MASS_SCALING 0.05
 #define SWEEP_LEAST_SCALED 5 /* nodes along u and v */
 
-/* A side may be longer than the cell's own stretch (or its rest length) by this share. */
+/* A side may be longer than its rest length and than the cell's own stretch, or shorter than both, by this
+ * share. */
 #define SWEEP_SIDE_EXCESS 0.02
 
-/* Cells with a longer side. */
+/* Cells with a side that is beyond. */
 typedef struct SweepSides {
     unsigned char *row;  /* (nv) 1: this row of cells holds one; NULL: not asked for */
     unsigned char *cell; /* (nu x nv) of such rows: 1 for the cell right above node i */

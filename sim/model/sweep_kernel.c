@@ -371,15 +371,17 @@ static void rotate_moments(Rows *rows) {
     }
 }
 
-/* marks the cells of row j where a side is longer than its bound; `excess`: a free row */
-static void mark_long(const SweepLattice *l, const Lanes *lanes, int j, const SweepSides *sides,
-                      double *restrict excess) {
+/* marks the cells of row j where a side is longer or shorter than its bound; `excess`: a free row */
+static void mark_beyond(const SweepLattice *l, const Lanes *lanes, int j, const SweepSides *sides,
+                        double *restrict excess) {
     const double allowed = (1.0 + SWEEP_SIDE_EXCESS) * (1.0 + SWEEP_SIDE_EXCESS);
+    const double demanded = (1.0 - SWEEP_SIDE_EXCESS) * (1.0 - SWEEP_SIDE_EXCESS);
     size_t at = (size_t)l->first + (size_t)j * (size_t)l->stride;
     const double *restrict xa = lanes->x[0] + at, *restrict ya = lanes->x[1] + at;
     const double *restrict za = lanes->x[2] + at, *restrict xb = xa + l->stride;
     const double *restrict yb = ya + l->stride, *restrict zb = za + l->stride;
     double most1 = allowed * l->h1 * l->h1, most2 = allowed * l->h2 * l->h2;
+    double least1 = demanded * l->h1 * l->h1, least2 = demanded * l->h2 * l->h2;
     int count = l->wrap ? l->nu : l->nu - 1;
     VECTOR_LOOP
     for (int i = 0; i < whole(count); i++) {
@@ -391,7 +393,10 @@ static void mark_long(const SweepLattice *l, const Lanes *lanes, int j, const Sw
         double left = lx * lx + ly * ly + lz * lz, right = rx * rx + ry * ry + rz * rz;
         double over1 = (low > high ? low : high) - most1;
         double over2 = (left > right ? left : right) - most2;
-        excess[i] = over1 > over2 ? over1 : over2;
+        double under1 = least1 - (low < high ? low : high);
+        double under2 = least2 - (left < right ? left : right);
+        double over = over1 > over2 ? over1 : over2, under = under1 > under2 ? under1 : under2;
+        excess[i] = over > under ? over : under;
     }
     unsigned char any = 0, *restrict cell = sides->cell + (ptrdiff_t)j * l->nu;
 #ifdef VECTOR_SIMD
@@ -407,7 +412,7 @@ static void mark_long(const SweepLattice *l, const Lanes *lanes, int j, const Sw
 static void mark_rows(const SweepLattice *l, const Lanes *lanes, const SweepSides *sides,
                       int row_begin, int row_end, double *buffer) {
     for (int j = row_begin; j < row_end && j + 1 < l->nv; j++) {
-        mark_long(l, lanes, j, sides, buffer);
+        mark_beyond(l, lanes, j, sides, buffer);
     }
 }
 
@@ -435,7 +440,7 @@ static void kick_rows(const SweepLattice *l, const Lanes *lanes, const SweepKick
         if (j + 1 < l->nv) {
             cell_row(l, lanes, j, above);
             if (kick->sides.row) {
-                mark_long(l, lanes, j, &kick->sides, rows.force[0]);
+                mark_beyond(l, lanes, j, &kick->sides, rows.force[0]);
             }
         } else {
             no_cells(l, above);

@@ -18,7 +18,7 @@ Sides sides_create(const SweepLattice *lattice, double *const pulled[3], Arena *
     SidesShare *shares = arena_push(arena, SidesShare, count);
     for (int k = 0; k < count; k++) {
         shares[k].cells = arena_push(arena, int, lattice->nu);
-        shares[k].longer = arena_push(arena, int, 4 * lattice->nu);
+        shares[k].beyond = arena_push(arena, int, 4 * lattice->nu);
         shares[k].buffer = arena_push(arena, double, lattice->stride + LANE_MARGIN);
     }
     return (Sides){.lattice = lattice,
@@ -37,7 +37,7 @@ static inline Vec3 difference(double *const lane[3], int from, int to) {
 }
 
 /* [m/s] */
-static inline double growth(const LongSide *side, const Lanes *lanes) {
+static inline double growth(const BoundSide *side, const Lanes *lanes) {
     const int *s = side->slot;
     return vec3_dot(side->slope[0], difference(lanes->v, s[0], s[1])) +
            vec3_dot(side->slope[1], difference(lanes->v, s[2], s[3]));
@@ -72,7 +72,7 @@ static inline void along_sides(const double *x, const int slot[4], Quad *along, 
     *mean = 0.5 * (own + across);
 }
 
-/* Which sides of those cells are too long? Every other one is, so nothing is branched on. */
+/* Which sides of those cells are too long or too short? Every other one is, so nothing is branched on. */
 QUADS static int choose_sides(const SweepLattice *l, const SidesShare *share, const Lanes *lanes,
                               int j, int cell_count) {
     double rest[2] = {l->h1 * l->h1, l->h2 * l->h2};
@@ -86,7 +86,7 @@ QUADS static int choose_sides(const SweepLattice *l, const SidesShare *share, co
         Quad square = x * x + y * y + z * z;
         Quad of_cell = mean_x * mean_x + mean_y * mean_y + mean_z * mean_z;
         for (int k = 0; k < 4; k++) {
-            share->longer[count] = 4 * share->cells[n] + k;
+            share->beyond[count] = 4 * share->cells[n] + k;
             count += side_bound_is_exceeded(square[k], of_cell[k], rest[k / 2]);
         }
     }
@@ -95,7 +95,7 @@ QUADS static int choose_sides(const SweepLattice *l, const SidesShare *share, co
 
 /* side k of cell i of row j */
 static void set_side(const Sides *sides, const Lanes *lanes, const unsigned char *held, int i,
-                     int j, int k, LongSide *side) {
+                     int j, int k, BoundSide *side) {
     const SweepLattice *l = sides->lattice;
     int node[4], slot[4];
     find_corners(l, i, j * l->nu, l->nu, node);
@@ -117,7 +117,7 @@ static void set_side(const Sides *sides, const Lanes *lanes, const unsigned char
     side->impulse = 0.0;
 }
 
-static void push(const LongSide *side, const Lanes *lanes, double force) {
+static void push(const BoundSide *side, const Lanes *lanes, double force) {
     for (int k = 0; k < 4; k++) {
         double pull = side->mobility[k] > 0.0 ? (k % 2 == 0 ? force : -force) : 0.0;
         Vec3 slope = side->slope[k / 2];
@@ -131,7 +131,7 @@ static void push(const LongSide *side, const Lanes *lanes, double force) {
 static void push_sides(SidesShare *share, const Lanes *lanes, int first, int end,
                        double kick_time) {
     for (int n = first; n < end && kick_time > 0.0; n++) {
-        LongSide *side = &share->list[n];
+        BoundSide *side = &share->list[n];
         double force = side->stiffness * min2(side->excess, side->most);
         side->impulse = kick_time * force;
         push(side, lanes, force);
@@ -141,7 +141,7 @@ static void push_sides(SidesShare *share, const Lanes *lanes, int first, int end
 static double work_of(const SidesShare *share, const Lanes *lanes) {
     double work = 0.0;
     for (int k = 0; k < share->count; k++) {
-        const LongSide *side = &share->list[k];
+        const BoundSide *side = &share->list[k];
         work += 0.5 * side->impulse * (side->before + growth(side, lanes));
     }
     return work;
@@ -165,9 +165,9 @@ static void add_row(const FindJob *job, SidesShare *share, int j) {
         return;
     }
     for (int n = 0; n < count; n++) {
-        LongSide *side = &share->list[share->count];
-        int i = share->longer[n] / 4;
-        set_side(sides, job->lanes, job->held, i, j, share->longer[n] % 4, side);
+        BoundSide *side = &share->list[share->count];
+        int i = share->beyond[n] / 4;
+        set_side(sides, job->lanes, job->held, i, j, share->beyond[n] % 4, side);
         share->count += side->excess > 0.0;
     }
 }
@@ -230,7 +230,7 @@ static void settle_share(const FindJob *job, SidesShare *share, int k) {
     int pushed = share->full ? 0 : share->inner;
     while (share->full) {
         share->room = 2 * share->room + 64;
-        share->list = arena_push(sides->arena, LongSide, share->room);
+        share->list = arena_push(sides->arena, BoundSide, share->room);
         find_rows(job, share, k * SHARE_ROWS,
                   min_int(sides->lattice->nv - 1, (k + 1) * SHARE_ROWS));
     }
@@ -267,7 +267,7 @@ typedef struct SidesPull {
     double share;
 } SidesPull;
 
-static inline void apply(LongSide *side, const SidesPull *to, double impulse) {
+static inline void apply(BoundSide *side, const SidesPull *to, double impulse) {
     side->impulse += impulse;
     for (int k = 0; k < 4; k++) {
         double change = (k % 2 == 0 ? impulse : -impulse) * side->mobility[k];
@@ -284,7 +284,7 @@ static inline void apply(LongSide *side, const SidesPull *to, double impulse) {
 
 /* one of a round of sequential impulses on impulse = share dt k (excess + dt growth), which never
  * pushes and yields */
-static void pull(LongSide *side, const SidesPull *to, double dt, double share) {
+static void pull(BoundSide *side, const SidesPull *to, double dt, double share) {
     const double *w = side->mobility;
     double give = 1.0 / (share * dt * dt * side->stiffness);
     double mobility = (w[0] + w[1]) * vec3_dot(side->slope[0], side->slope[0]) +
@@ -296,7 +296,7 @@ static void pull(LongSide *side, const SidesPull *to, double dt, double share) {
 }
 
 /* takes the forces of the kick back */
-static void clear(const LongSide *side, const Lanes *lanes) {
+static void clear(const BoundSide *side, const Lanes *lanes) {
     for (int k = 0; k < 4; k++) {
         int slot = side->slot[k];
         lanes->f[0][slot] = lanes->f[1][slot] = lanes->f[2][slot] = 0.0;
@@ -340,7 +340,7 @@ double sides_energy(const Sides *sides) {
     double energy = 0.0;
     for (int m = 0; m < sides->share_count; m++) {
         for (int k = 0; k < sides->shares[m].count; k++) {
-            const LongSide *side = &sides->shares[m].list[k];
+            const BoundSide *side = &sides->shares[m].list[k];
             double bent = min2(side->excess, side->most);
             energy += side->stiffness * bent * (side->excess - 0.5 * bent);
         }

@@ -18,8 +18,8 @@
  * for the stiffness of the forces, with 0.35 too strong where many sides grow together; either shakes. */
 #define SIDES_SCALED_MOBILITY 0.6
 
-/* A side of a cell that is too long. */
-typedef struct LongSide {
+/* A side of a cell that is too long or too short. */
+typedef struct BoundSide {
     int slot[4];        /* from and to of the side, then of the one across the cell */
     double mobility[4]; /* [1/kg] of those nodes */
     Vec3 slope[2];      /* of the excess, by the vectors along both sides */
@@ -28,17 +28,17 @@ typedef struct LongSide {
     double stiffness;   /* [N/m] */
     double before;      /* [m/s] growth of the excess before the kick */
     double impulse;     /* [N s] of this kick */
-} LongSide;
+} BoundSide;
 
 /* Those of some rows of cells, which a thread works on by itself: all but the last row of each share has
  * no node in common with another. Room for one row of cells. */
 typedef struct SidesShare {
-    LongSide
+    BoundSide
         *list; /* (count) `inner` of them of rows that are its own, then those of the last row */
     int count, inner, room;
     bool full;           /* there are more: the room grows, and its rows are looked at again */
     double work;         /* [J] that was done on those listed before */
-    int *cells, *longer; /* (nu), (4 nu) columns; 4 column + side */
+    int *cells, *beyond; /* (nu), (4 nu) columns; 4 column + side */
     double *buffer;      /* a row */
 } SidesShare;
 
