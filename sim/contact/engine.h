@@ -79,9 +79,8 @@ struct Contact {
     int *tight;  /* pairs that impulses may have to hold apart */
     Twin *twins; /* (twin_room) hash table of contacts that already gave a force */
     int twin_room, twin_count;
-    int *twin_places; /* (twin_count) used places of the table */
-    unsigned char
-        *is_touched; /* (vertex_count, padded) by forces, until losses are counted: Touched */
+    int *twin_places;          /* (twin_count) used places of the table */
+    unsigned char *is_touched; /* (vertex_count + 8) until losses are counted, see touched.h */
     bool some_touched;
     Loss *losses;                       /* of chunks of vertices */
     Push *pushes;                       /* (vertex_count) */
