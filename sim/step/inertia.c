@@ -168,20 +168,23 @@ static void spread(const Inertia *inertia, const SweepLattice *l, double *const 
     parallel_for(l->nv, grain, spread_chunk, &job);
 }
 
-/* what is held changes by nothing */
-void inertia_spread(Inertia *inertia, const SweepLattice *l, const Lanes *lanes, int c, int grain) {
+/* the same for cloth c; what is held changes by nothing */
+static void spread_cloth(const Inertia *inertia, const SweepLattice *l, double *const moved[3],
+                         const Lanes *lanes, int c, double share, const InertiaBlocks *blocks,
+                         int grain) {
     keep_held(inertia, lanes, c);
-    clear_held(inertia, inertia->moved, c);
-    spread(inertia, l, inertia->moved, lanes->v, 1.0, NULL, grain);
+    clear_held(inertia, moved, c);
+    spread(inertia, l, moved, lanes->v, share, blocks, grain);
     restore_held(inertia, lanes, c);
+}
+
+void inertia_spread(Inertia *inertia, const SweepLattice *l, const Lanes *lanes, int c, int grain) {
+    spread_cloth(inertia, l, inertia->moved, lanes, c, 1.0, NULL, grain);
 }
 
 void inertia_spread_blocks(Inertia *inertia, const SweepLattice *l, const Lanes *lanes, int c,
                            double share, const InertiaBlocks *blocks, int grain) {
-    keep_held(inertia, lanes, c);
-    clear_held(inertia, inertia->pulled, c);
-    spread(inertia, l, inertia->pulled, lanes->v, share, blocks, grain);
-    restore_held(inertia, lanes, c);
+    spread_cloth(inertia, l, inertia->pulled, lanes, c, share, blocks, grain);
 }
 
 static void copy_rows(const SweepLattice *l, double *const from[3], double *const to[3]) {
