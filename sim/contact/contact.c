@@ -154,11 +154,15 @@ Contact *contact_create(const ContactDef *def, Arena *arena) {
 
 /* ---- shared by both kinds of contact ---- */
 
-void contact_gather(Contact *c) {
-    c->lists.stamp++;
-    MotionCopy copy = {&c->rows, c->view.lanes->x, c->x};
+static void copy_lanes(const Contact *c, double *const lanes[3], double *out) {
+    MotionCopy copy = {&c->rows, lanes, out};
     ParallelLoop loop = motion_copy_loop(&copy);
     parallel_for_all(&loop, 1);
+}
+
+void contact_gather(Contact *c) {
+    c->lists.stamp++;
+    copy_lanes(c, c->view.lanes->x, c->x);
 }
 
 void contact_clear_twins(Contact *c, int most) {
@@ -358,7 +362,7 @@ static void adapt_all(Contact *c, ContactMemory *memory) {
 
 void contact_end(Contact *c, ContactMemory *memory) {
     if (c->some_touched) { /* by the last kick */
-        contact_move_groups(c, c->step);
+        copy_lanes(c, c->view.lanes->v, c->v);
         ParallelLoop losses = contact_losses_loop(c);
         parallel_for_all(&losses, 1);
         contact_sum_losses(c);
