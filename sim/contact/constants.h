@@ -61,12 +61,11 @@
 #define CONTACT_QUIET_SHARE 0.6       /* of the room of flat cloth is enough */
 /* steps that speeds alone could use up the room of neighbours in: where less, rows get frames */
 #define CONTACT_QUIET_CLOSE_STEPS 16.0
-#define CONTACT_QUIET_RETRY 20.0 /* steps until the next try */
-#define CONTACT_VERTEX_GRAIN                                                                       \
-    1024                      /* vertices that a thread takes at once, few of them touched; of 8 */
-#define CONTACT_PARTS 8       /* of the forces at solids, at most */
-#define CONTACT_LEAST_PART 64 /* forces of a part, some 5 us */
-#define CONTACT_GROUP_REACH 0.4 /* of the size of a group: how far neighbours are listed */
+#define CONTACT_QUIET_RETRY 20.0  /* steps until the next try */
+#define CONTACT_VERTEX_GRAIN 1024 /* vertices that a thread takes at once; a multiple of 8 */
+#define CONTACT_PARTS 8           /* of the forces at solids, at most */
+#define CONTACT_LEAST_PART 64     /* forces of a part, some 5 us */
+#define CONTACT_GROUP_REACH 0.4   /* of the size of a group: how far neighbours are listed */
 
 /* ---- implicit road (contact.md 1, 12) ---- */
 

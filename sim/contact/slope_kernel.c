@@ -196,5 +196,4 @@ static void join_blocks(SlopeJoin *join) {
     }
 }
 
-extern const SlopeKernel VECTOR_JOIN(slope_kernel_, VECTOR_VARIANT);
 const SlopeKernel VECTOR_JOIN(slope_kernel_, VECTOR_VARIANT) = {fit_blocks, join_blocks};
