@@ -17,7 +17,12 @@ Candidates candidates_create(const ContactDef *def, Arena *arena) {
     c.to = arena_push(arena, Pose, def->obstacle_count);
     c.distances = arena_push(arena, double, def->vertex_count);
     c.motions = arena_push(arena, double, def->vertex_count);
-    c.slopes = arena_push(arena, GroupSlopes, surface->group_count);
+    c.flatness = flatness_create(surface, arena);
+    c.lattice_groups = arena_push(arena, int, surface->group_count);
+    for (int g = 0; g < surface->group_count; g++) {
+        c.lattice_groups[c.lattice_group_count] = g;
+        c.lattice_group_count += surface->panels[surface->groups[g].panel].nu > 0;
+    }
     c.groups = arena_push(arena, Box, surface->group_count);
     c.rooms = arena_push(arena, double, surface->group_count);
     c.cells = arena_push(arena, Box, surface->cell_count);
@@ -159,14 +164,12 @@ static void meet_groups(int a, int b, void *context) {
     Candidates *c = context;
     const SurfaceGroup *p = &c->places.surface.groups[a], *q = &c->places.surface.groups[b];
     double reach = c->def->distance;
-    Points middles = {&c->middles[0].x};
     bool mesh_a = c->places.surface.panels[p->panel].obstacle;
     bool mesh_b = c->places.surface.panels[q->panel].obstacle;
     if ((mesh_a && mesh_b) || !(mesh_a || mesh_b || c->def->self)) {
         return;
     }
-    flatness_refresh(&c->places.surface, c->slopes, &middles, c->stamp, a, b);
-    if (flatness_distance(&c->places.surface, c->slopes, a, b) >
+    if (flatness_distance(&c->flatness, &c->places.surface, a, b) >
         reach + c->rooms[a] + c->rooms[b]) {
         return;
     }
@@ -192,6 +195,9 @@ static void find_pairs(Candidates *c) {
             c->rooms[g] = fmax(c->rooms[g], c->radii[vertex]);
         }
     }
+    Points middles = {&c->middles[0].x};
+    flatness_fit(&c->flatness, &c->places.surface, &middles, c->lattice_groups,
+                 c->lattice_group_count);
     box_tree_refit(&c->tree, c->groups);
     for (int g = 0; g < c->places.surface.group_count; g++) {
         meet_groups(g, g, c);

@@ -32,16 +32,18 @@ typedef struct Candidates {
     Box *boxes;          /* (vertex_count) where a vertex may be */
     Vec3 *middles;       /* (vertex_count) of boxes */
     double *radii;       /* [m] (vertex_count) half the diagonals of boxes */
-    GroupSlopes *slopes; /* (group_count) of the middles */
-    long stamp;          /* of the boxes */
-    Box *groups;         /* (group_count) */
-    double *rooms;       /* [m] (group_count) largest radius */
-    Box *cells;          /* (cell_count) */
-    long *boxed;         /* (group_count) stamp of its cells */
-    Pose *from, *to;     /* (obstacle_count) where an obstacle may be: one or the other */
-    double *distances;   /* [m] (vertex_count) from the obstacle at work */
-    double *motions;     /* [m] (vertex_count) relative to it, at most */
-    Candidate *items;    /* (count) */
+    Flatness flatness;   /* of the middles */
+    int *lattice_groups; /* (lattice_group_count) */
+    int lattice_group_count;
+    long stamp;        /* of the boxes */
+    Box *groups;       /* (group_count) */
+    double *rooms;     /* [m] (group_count) largest radius */
+    Box *cells;        /* (cell_count) */
+    long *boxed;       /* (group_count) stamp of its cells */
+    Pose *from, *to;   /* (obstacle_count) where an obstacle may be: one or the other */
+    double *distances; /* [m] (vertex_count) from the obstacle at work */
+    double *motions;   /* [m] (vertex_count) relative to it, at most */
+    Candidate *items;  /* (count) */
     int count, room;
 } Candidates;
 

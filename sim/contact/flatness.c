@@ -1,30 +1,74 @@
 #include "sim/contact/flatness.h"
 
 #include <math.h>
-#include <string.h>
 
-void flatness_slopes(const Surface *surface, const Points *x, int g, Box gradient[2]) {
+#include "sim/contact/quiet_blocks.h"
+
+Flatness flatness_create(const Surface *surface, Arena *arena) {
+    Flatness f = {.kernel = quiet_blocks_kernel(vector_best()),
+                  .altitude = arena_push(arena, double, surface->panel_count),
+                  .slopes = arena_push(arena, Slopes, surface->group_count)};
+    int places = 0;
+    for (int p = 0; p < surface->panel_count; p++) {
+        const SurfacePanel *panel = &surface->panels[p];
+        places = panel->first + panel->vertex_count;
+        f.altitude[p] = panel->nu > 0 ? surface_lattice_altitude(panel) : 0.0;
+    }
+    f.number = arena_push(arena, int, places);
+    for (int i = 0; i < places; i++) {
+        f.number[i] = 3 * i;
+    }
+    return f;
+}
+
+/* Column `at` of the rows is a group; what is not used is the first one again. */
+static void place_group(const Surface *surface, int g, SlopeRows *rows, int at) {
     const SurfaceGroup *group = &surface->groups[g];
     const SurfacePanel *panel = &surface->panels[group->panel];
-    gradient[0] = gradient[1] = box_empty();
-    int across = panel->wrap ? panel->nu : panel->nu - 1;
-    int i0 = group->block[0] * SURFACE_BLOCK, j0 = group->block[1] * SURFACE_BLOCK;
-    int i1 = i0 + SURFACE_BLOCK < across ? i0 + SURFACE_BLOCK : across;
-    int j1 = j0 + SURFACE_BLOCK < panel->nv - 1 ? j0 + SURFACE_BLOCK : panel->nv - 1;
-    Vec3 below[SURFACE_BLOCK + 1], here[SURFACE_BLOCK + 1];
-    for (int j = j0; j <= j1; j++) {
-        for (int i = i0; i <= i1; i++) {
-            here[i - i0] = point_at(x, panel->first + j * panel->nu + i % panel->nu);
-            if (i > i0) {
-                Vec3 du = vec3_sub(here[i - i0], here[i - i0 - 1]);
-                box_add(&gradient[0], vec3_scale(1.0 / panel->h1, du));
-            }
-            if (j > j0) {
-                Vec3 dv = vec3_sub(here[i - i0], below[i - i0]);
-                box_add(&gradient[1], vec3_scale(1.0 / panel->h2, dv));
+    int cells[2] = {quiet_blocks_cells(panel, group->block, 0),
+                    quiet_blocks_cells(panel, group->block, 1)};
+    rows->cells[0][at] = cells[0], rows->cells[1][at] = cells[1];
+    for (int k = 0; k < SLOPE_NODES; k++) {
+        int i = group->block[0] * SURFACE_BLOCK + (k < cells[0] ? k : cells[0]);
+        int j = group->block[1] * SURFACE_BLOCK + (k < cells[1] ? k : cells[1]);
+        rows->column[k][at] = i < panel->nu ? i : i - panel->nu;
+        rows->row[k][at] = j * panel->nu;
+    }
+}
+
+/* up to SLOPE_BATCH groups of one panel */
+static void fit_batch(const Flatness *f, const Surface *surface, const Points *x, const int *groups,
+                      int count) {
+    const SurfacePanel *panel = &surface->panels[surface->groups[groups[0]].panel];
+    double *first = (double *)x->x; /* only read */
+    double *const lanes[3] = {first, first + 1, first + 2};
+    SlopeNodes nodes = {{panel->h1, panel->h2}, f->number + panel->first, lanes};
+    SlopeRows rows;
+    for (int k = 0; k < SLOPE_BATCH; k++) {
+        place_group(surface, groups[k < count ? k : 0], &rows, k);
+    }
+    f->kernel->fit(&nodes, &rows);
+    const SlopeValues *found = &rows.slopes;
+    const SlopeRow *u = found->mean[0], *v = found->mean[1], *n = found->normal;
+    for (int k = 0; k < count; k++) {
+        f->slopes[groups[k]] =
+            (Slopes){.mean = {{u[0][k], u[1][k], u[2][k]}, {v[0][k], v[1][k], v[2][k]}},
+                     .normal = {n[0][k], n[1][k], n[2][k]},
+                     .flat = found->flat[k],
+                     .steep = found->steep[k]};
+    }
+}
+
+void flatness_fit(const Flatness *f, const Surface *surface, const Points *x, const int *groups,
+                  int count) {
+    for (int first = 0, end = 0; first < count; first = end) {
+        int panel = surface->groups[groups[first]].panel;
+        for (end = first; end < count && end < first + SLOPE_BATCH; end++) {
+            if (surface->groups[groups[end]].panel != panel) {
+                break;
             }
         }
-        memcpy(below, here, sizeof below);
+        fit_batch(f, surface, x, groups + first, end - first);
     }
 }
 
@@ -34,15 +78,6 @@ double flatness_stretch(Vec3 a, Vec3 b) {
     return sqrt(fmax(least, 0.0));
 }
 
-double flatness_least(const Box gradient[2]) {
-    Vec3 c1 = vec3_scale(0.5, vec3_add(gradient[0].low, gradient[0].high));
-    Vec3 c2 = vec3_scale(0.5, vec3_add(gradient[1].low, gradient[1].high));
-    Vec3 e1 = vec3_sub(gradient[0].high, gradient[0].low);
-    Vec3 e2 = vec3_sub(gradient[1].high, gradient[1].low);
-    double e = 0.5 * sqrt(vec3_dot(e1, e1) + vec3_dot(e2, e2));
-    return flatness_stretch(c1, c2) - e;
-}
-
 int flatness_groups(const Surface *surface, int first, int second, int group[4]) {
     const SurfaceGroup *a = &surface->groups[first], *b = &surface->groups[second];
     const SurfacePanel *panel = &surface->panels[a->panel];
@@ -50,39 +85,30 @@ int flatness_groups(const Surface *surface, int first, int second, int group[4])
         return 0;
     }
     const int *blocks = surface->blocks + 2 * a->panel;
-    if (flatness_step(a->block[0], b->block[0], blocks[0], panel->wrap) == 2 ||
-        flatness_step(a->block[1], b->block[1], blocks[1], false) == 2) {
+    int right = flatness_step(a->block[0], b->block[0], blocks[0], panel->wrap);
+    int up = flatness_step(a->block[1], b->block[1], blocks[1], false);
+    if (right == 2 || up == 2) {
         return 0;
     }
+    int count = 0;
     for (int k = 0; k < 4; k++) {
-        int i = k & 1 ? b->block[0] : a->block[0], j = k & 2 ? b->block[1] : a->block[1];
-        group[k] = surface->first_group[a->panel] + j * blocks[0] + i;
-    }
-    return 4;
-}
-
-void flatness_refresh(const Surface *surface, GroupSlopes *slopes, const Points *x, long stamp,
-                      int first, int second) {
-    int group[4], groups = flatness_groups(surface, first, second, group);
-    for (int k = 0; k < groups; k++) {
-        GroupSlopes *of_group = &slopes[group[k]];
-        if (of_group->stamp != stamp) {
-            flatness_slopes(surface, x, group[k], of_group->gradient);
-            of_group->stamp = stamp;
+        if ((k & 1 && right == 0) || (k & 2 && up == 0)) {
+            continue;
         }
+        int i = k & 1 ? b->block[0] : a->block[0], j = k & 2 ? b->block[1] : a->block[1];
+        group[count++] = surface->first_group[a->panel] + j * blocks[0] + i;
     }
+    return count;
 }
 
-double flatness_distance(const Surface *surface, const GroupSlopes *slopes, int first, int second) {
-    int group[4];
-    if (flatness_groups(surface, first, second, group) == 0) {
+double flatness_distance(const Flatness *f, const Surface *surface, int first, int second) {
+    int group[4], count = flatness_groups(surface, first, second, group);
+    if (count == 0) {
         return 0.0;
     }
-    Box gradient[2] = {box_empty(), box_empty()};
-    for (int k = 0; k < 4; k++) {
-        gradient[0] = box_union(gradient[0], slopes[group[k]].gradient[0]);
-        gradient[1] = box_union(gradient[1], slopes[group[k]].gradient[1]);
+    const Slopes *part[4];
+    for (int k = 0; k < count; k++) {
+        part[k] = &f->slopes[group[k]];
     }
-    const SurfacePanel *panel = &surface->panels[surface->groups[first].panel];
-    return flatness_least(gradient) * surface_lattice_altitude(panel);
+    return slopes_least(part, count) * f->altitude[surface->groups[first].panel];
 }

@@ -21,7 +21,7 @@ Lists lists_create(const Surface *surface, const double *start, bool cloth_meets
                .arena = arena,
                .stamp = 1};
     l.path_kernel = kernels[l.width];
-    l.slopes = arena_push(arena, GroupSlopes, surface->group_count);
+    l.flatness = flatness_create(surface, arena);
     l.bounds = arena_push(arena, GroupBounds, surface->group_count);
     l.boxes = arena_push(arena, Box, surface->group_count);
     l.marked = arena_push(arena, int, surface->group_count + 8);

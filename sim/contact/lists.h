@@ -80,7 +80,7 @@ typedef struct Lists {
     Arena *arena;
     BoxTree tree;
     GroupBounds *bounds;      /* (group_count) */
-    GroupSlopes *slopes;      /* (group_count) */
+    Flatness flatness;        /* with slopes of groups */
     unsigned *boxed, *sloped; /* (group_count) stamps of the positions that those belong to */
     Box *boxes;               /* (group_count) */
     unsigned stamp;           /* changes when positions change */

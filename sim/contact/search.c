@@ -228,7 +228,7 @@ static void judge_chunk(int chunk, int first, int end, void *context) {
         int i = l->searched[k];
         PathEnds ends = l->paths.ends[i];
         l->paths.near[i] = max2(dhat_of(l, ends), CONTACT_NEAR_STEPS * l->paths.speed[i] * job->dt);
-        l->apart[k] = flatness_distance(l->surface, l->slopes, ends.a, ends.b);
+        l->apart[k] = flatness_distance(&l->flatness, l->surface, ends.a, ends.b);
     }
 }
 
@@ -346,9 +346,7 @@ static void slope_chunk(int chunk, int first, int end, void *context) {
     (void)chunk;
     const SearchJob *job = context;
     Lists *l = job->lists;
-    for (int k = first; k < end; k++) {
-        flatness_slopes(l->surface, job->x, l->marked[k], l->slopes[l->marked[k]].gradient);
-    }
+    flatness_fit(&l->flatness, l->surface, job->x, l->marked + first, end - first);
 }
 
 static void find_slopes(SearchJob *job, int searched) {
