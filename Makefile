@@ -57,7 +57,7 @@ all: $(BUILD)/toile-sim $(BUILD)/toile-render
 
 # row loops are compiled once per vector width; the processor is asked at run time (sim/base/vector.h)
 VECTOR_KERNELS := sim/model/sweep_kernel sim/contact/pair_kernel sim/contact/rest_kernel \
-	sim/contact/motion_kernel sim/contact/path_kernel sim/contact/slope_kernel \
+	sim/contact/box_kernel sim/contact/motion_kernel sim/contact/path_kernel sim/contact/slope_kernel \
 	sim/step/inertia_kernel sim/step/look_kernel
 VECTOR_VARIANTS := scalar sse2 avx2 avx512
 VECTOR_FLAGS_scalar := -O2 -fno-tree-vectorize

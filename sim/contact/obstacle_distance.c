@@ -59,7 +59,7 @@ static void set_touch(const Contact *c, Touch *touch, double distance, Vec3 near
 }
 
 /* ... and known to triangles from now on */
-static void evaluate_vertex(Contact *c, const Points *x, Touch *touch) {
+void obstacle_evaluate_vertex(Contact *c, const Points *x, Touch *touch) {
     VertexDistance *v = &c->distances[corner_index(c, touch->place[0], touch->obstacle)];
     if (v->stamp != c->lists.stamp) {
         find_distance(c, x, touch->place[0], touch->obstacle, v);
@@ -68,21 +68,44 @@ static void evaluate_vertex(Contact *c, const Points *x, Touch *touch) {
 }
 
 /* the exact nearest point */
-static void search_triangle(const Contact *c, Touch *touch, const VertexDistance *const v[3]) {
+static void set_nearest(const Contact *c, Touch *touch, const SolidNearest *nearest) {
+    touch->feature = (short)nearest->feature;
+    memcpy(touch->weight, nearest->weight, sizeof touch->weight);
+    set_touch(c, touch, nearest->distance, nearest->point, nearest->normal);
+}
+
+void obstacle_finish(const Contact *c, TouchBatch *batch) {
+    int count = box_batch_solve(&batch->boxes);
+    for (int k = 0; k < count; k++) {
+        set_nearest(c, batch->touches[k], &batch->boxes.nearest[k]);
+    }
+}
+
+static void search_triangle(const Contact *c, TouchBatch *batch, Touch *touch,
+                            const VertexDistance *const v[3]) {
     const Solid *solid = &c->def->obstacles[touch->obstacle].solid;
+    if (solid->kind == SOLID_BOX) {
+        batch->touches[batch->boxes.count] = touch;
+        for (int k = 0; k < 3; k++) {
+            box_batch_set(&batch->boxes, k, v[k]->place, v[k]->distance, v[k]->normal);
+        }
+        if (box_batch_add(&batch->boxes, solid) == BOX_BATCH) {
+            obstacle_finish(c, batch);
+        }
+        return;
+    }
     Vec3 place[3] = {v[0]->place, v[1]->place, v[2]->place};
     Vec3 normal[3] = {v[0]->normal, v[1]->normal, v[2]->normal};
     double d[3] = {v[0]->distance, v[1]->distance, v[2]->distance};
     SolidNearest nearest = solid_nearest_on_triangle(solid, place, d, normal);
-    touch->feature = (short)nearest.feature;
-    memcpy(touch->weight, nearest.weight, sizeof touch->weight);
-    set_touch(c, touch, nearest.distance, nearest.point, nearest.normal);
+    set_nearest(c, touch, &nearest);
 }
 
 /* The distance is convex: below no tangent plane. The tangent at a corner bounds it over the
  * triangle, and parts the triangle from the solid when it is positive on all corners. Exact
  * points are looked for only where there may be a force. */
-static void evaluate_triangle(const Contact *c, const Points *x, Corners *corners, Touch *touch) {
+void obstacle_evaluate_triangle(const Contact *c, const Points *x, Corners *corners,
+                                TouchBatch *batch, Touch *touch) {
     VertexDistance own[3];
     const VertexDistance *v[3];
     const Solid *solid = &c->def->obstacles[touch->obstacle].solid;
@@ -110,7 +133,7 @@ static void evaluate_triangle(const Contact *c, const Points *x, Corners *corner
         bound = least > bound ? least : bound;
     }
     if (bound < lowest - CONTACT_LEVEL * dhat && bound < dhat) {
-        search_triangle(c, touch, v);
+        search_triangle(c, batch, touch, v);
         return;
     }
     touch->feature = (short)(1 << best);
@@ -120,18 +143,10 @@ static void evaluate_triangle(const Contact *c, const Points *x, Corners *corner
     touch->distance = bound;
 }
 
-void obstacle_evaluate(Contact *c, const Points *x, Corners *corners, Touch *touch) {
-    if (touch->place[1] >= 0) {
-        evaluate_triangle(c, x, corners, touch);
-    } else {
-        evaluate_vertex(c, x, touch);
-    }
-}
-
 double obstacle_frozen(const Contact *c, const Touch *touch) {
     const ContactObstacle *obstacle = &c->def->obstacles[touch->obstacle];
     int place = touch->place[0];
-    if (obstacle->moves || touch->place[1] >= 0) { /* triangles that share an edge agree about it */
+    if (obstacle->moves) {
         return -1.0;
     }
     size_t at = corner_index(c, place, touch->obstacle);

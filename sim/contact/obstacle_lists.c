@@ -195,18 +195,12 @@ typedef struct LookJob {
     LookAim aim;
 } LookJob;
 
-/* one touch, which is due; into those that are near, when it is */
-static inline void look_at(const LookJob *job, GroupTouch *group, Corners *corners, int t) {
+/* One touch, which was due and is evaluated: until when it need not be again; into those that are near,
+ * when it is. */
+static inline void note_touch(const LookJob *job, GroupTouch *group, int t) {
     Contact *c = job->c;
     Touch *touch = &c->touches[t];
-    double path = group->path;
-    if (path <= touch->frozen) {
-        obstacle_project(&job->x, touch);
-    } else {
-        obstacle_evaluate(c, &job->x, corners, touch);
-        touch->frozen = path + obstacle_frozen(c, touch);
-    }
-    double due = path + touch->distance - group->near;
+    double path = group->path, due = path + touch->distance - group->near;
     if (group->fresh && (job->aim == LOOK_LISTS || touch->distance > group->near)) {
         touch->frozen = -1.0;
     } else if (touch->spare) {
@@ -219,6 +213,18 @@ static inline void look_at(const LookJob *job, GroupTouch *group, Corners *corne
     }
     c->touch_due[t] = due;
     group->earliest = min2(group->earliest, due);
+}
+
+static inline void look_at_vertex(const LookJob *job, GroupTouch *group, int t) {
+    Contact *c = job->c;
+    Touch *touch = &c->touches[t];
+    if (group->path <= touch->frozen) {
+        obstacle_project(&job->x, touch);
+    } else {
+        obstacle_evaluate_vertex(c, &job->x, touch);
+        touch->frozen = group->path + obstacle_frozen(c, touch);
+    }
+    note_touch(job, group, t);
 }
 
 /* The groups that have something to be looked at, and those that spent their path: when these are searched
@@ -277,7 +283,7 @@ static void vertex_chunk(int chunk, int first, int end, void *context) {
             if (group->path < c->touch_due[t]) {
                 group->earliest = min2(group->earliest, c->touch_due[t]);
             } else if (c->touches[t].place[1] < 0) {
-                look_at(job, group, NULL, t);
+                look_at_vertex(job, group, t);
             } else {
                 c->looked[group->begin + group->looked++] = t;
             }
@@ -336,17 +342,32 @@ static void sum_group(const Contact *c, int owner, LookSum *sum) {
     group->listed = group->count;
 }
 
+/* the triangles of some groups, those at boxes together */
+static void evaluate_triangles(const LookJob *job, int first, int end) {
+    Contact *c = job->c;
+    Corners corners;
+    TouchBatch batch;
+    corners_clear(&corners);
+    box_batch_begin(&batch.boxes, c->lists.width);
+    for (int k = first; k < end; k++) {
+        const GroupTouch *group = &c->group_touches[c->due_groups[k]];
+        for (int m = group->begin; m < group->begin + group->looked; m++) {
+            obstacle_evaluate_triangle(c, &job->x, &corners, &batch, &c->touches[c->looked[m]]);
+        }
+    }
+    obstacle_finish(c, &batch);
+}
+
 static void triangle_chunk(int chunk, int first, int end, void *context) {
     const LookJob *job = context;
     Contact *c = job->c;
-    Corners corners;
-    corners_clear(&corners);
+    evaluate_triangles(job, first, end);
     LookSum sum = {.gap = INFINITY, .room = INFINITY};
     for (int k = first; k < end; k++) {
         int owner = c->due_groups[k];
         GroupTouch *group = &c->group_touches[owner];
         for (int m = 0; m < group->looked; m++) {
-            look_at(job, group, &corners, c->looked[group->begin + m]);
+            note_touch(job, group, c->looked[group->begin + m]);
         }
         if (group->fresh) {
             close_up(c, group);

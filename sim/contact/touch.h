@@ -8,6 +8,7 @@
 #include "sim/base/arena.h"
 #include "sim/base/parallel.h"
 #include "sim/base/vec.h"
+#include "sim/contact/box_batch.h"
 #include "sim/contact/contact.h"
 
 /* A vertex (place[1] < 0) or a triangle at an obstacle. What every step asks of a vertex over a flat
@@ -83,6 +84,12 @@ static inline void corners_clear(Corners *corners) {
     }
 }
 
+/* Triangles at boxes whose nearest points are found together. */
+typedef struct TouchBatch {
+    Touch *touches[BOX_BATCH]; /* those that wait */
+    BoxBatch boxes;
+} TouchBatch;
+
 /* A pose as its axes, which is quicker to apply. */
 typedef struct Frame {
     Vec3 origin, axis[3];
@@ -91,8 +98,11 @@ typedef struct Frame {
 static inline int touch_corners(const Touch *touch) { return touch->place[1] < 0 ? 1 : 3; }
 
 /* obstacle_distance.c: distance, normal, feature of a touch at the positions of now. A vertex is known
- * from then on to the triangles at it. */
-void obstacle_evaluate(Contact *c, const Points *x, Corners *corners, Touch *touch);
+ * from then on to the triangles at it; a triangle may wait until all that wait are finished. */
+void obstacle_evaluate_vertex(Contact *c, const Points *x, Touch *touch);
+void obstacle_evaluate_triangle(const Contact *c, const Points *x, Corners *corners,
+                                TouchBatch *batch, Touch *touch);
+void obstacle_finish(const Contact *c, TouchBatch *batch);
 /* [m] how far a vertex can go until that must be done again: on a flat face to its end, elsewhere a
  * small share of the contact distance; -1: not at all. Until then it is as far as from its plane. */
 double obstacle_frozen(const Contact *c, const Touch *touch);

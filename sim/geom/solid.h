@@ -38,6 +38,8 @@ double solid_support(const Solid *solid, Vec3 direction);
 /* A point of the solid (not a plane) where that largest product is taken. */
 Vec3 solid_support_point(const Solid *solid, Vec3 direction);
 
+#define SOLID_LEVEL 1e-9 /* slope of the distance that counts as level */
+
 /* A point w[0] x[0] + w[1] x[1] + w[2] x[2] of a triangle. */
 typedef struct SolidNearest {
     int feature; /* that holds it, as a set of corners: bit k for x[k] */

@@ -11,7 +11,6 @@
 
 #define MOST_ROUNDS 60      /* of the search along a side: halves the bracket at worst */
 #define SIDE_TOLERANCE 1e-9 /* of the side */
-#define FALL_TOLERANCE 1e-9 /* slope that counts as level */
 
 Vec3 solid_support_point(const Solid *solid, Vec3 d) {
     Vec3 half = solid->half;
@@ -120,7 +119,7 @@ static Side search_side(const Solid *solid, Vec3 a, Vec3 b, double da, double db
         best.at = s;
         best.distance = solid_distance(solid, vec3_axpy(a, s, along), &best.normal);
         double slope = vec3_dot(best.normal, along);
-        if (fabs(slope) <= FALL_TOLERANCE * vec3_length(along)) {
+        if (fabs(slope) <= SOLID_LEVEL * vec3_length(along)) {
             break;
         }
         int side = slope > 0.0 ? 1 : -1;
@@ -170,7 +169,7 @@ static SolidNearest nearest_on_sides(const Solid *solid, const Vec3 x[3], const 
         int a = k, b = (k + 1) % 3;
         Vec3 along = vec3_sub(x[b], x[a]);
         double da = vec3_dot(normal[a], along), db = vec3_dot(normal[b], along);
-        double level = FALL_TOLERANCE * vec3_length(along);
+        double level = SOLID_LEVEL * vec3_length(along);
         if (da >= -level || db <= level) {
             continue;
         }
@@ -197,7 +196,7 @@ SolidNearest solid_nearest_on_triangle(const Solid *solid, const Vec3 x[3],
         double fall = 0.0, inside[3];
         for (int k = 0; k < 3; k++) {
             Vec3 to = vec3_sub(x[k], best.point);
-            fall = min2(fall, vec3_dot(best.normal, to) + FALL_TOLERANCE * vec3_length(to));
+            fall = min2(fall, vec3_dot(best.normal, to) + SOLID_LEVEL * vec3_length(to));
         }
         if (fall >= 0.0 || !search_face(solid, x, best.normal, inside)) {
             return best;
