@@ -201,6 +201,7 @@ static void record(const System *system, const State *state, const ExplicitRun *
     s->step_length = run->dt;
     s->work += result->work;
     s->contact = result->contact_energy;
+    s->elastic = result->elastic;
     s->truncations += result->contact.truncations;
     s->impulses += result->contact.impulses;
     s->smallest_gap = fmin(s->smallest_gap, result->contact.smallest_gap);

@@ -41,6 +41,7 @@ struct Explicit {
     double damped;   /* [J] of this interval: by mass damping, of cloths without a sweep */
     double air_work; /* [J] of this interval, on faces */
     double limit[2]; /* [s] with true and with scaled inertia */
+    double elastic;  /* [J] at the end of the last interval */
     Impulse impulse; /* of contacts in this interval */
 };
 
@@ -489,10 +490,9 @@ static void run_steps(Explicit *e, const ExplicitRun *run, const State *state,
     }
 }
 
-static double total_energy(Explicit *e, double dt, const State *state, double *scale,
-                           double *contact) {
+static double total_energy(Explicit *e, double dt, const State *state, double elastic,
+                           double *scale, double *contact) {
     double kinetic = system_kinetic_energy(e->system, state->v, e->steer.held);
-    double elastic = system_elastic_energy(e->system, state->x);
     double gravity = system_gravity_energy(e->system, state->x, e->steer.held);
     *contact = e->contact ? contact_energy(e->contact, dt) : 0.0;
     *scale = fmax(*scale, kinetic + elastic + *contact);
@@ -541,13 +541,17 @@ ExplicitResult explicit_interval(Explicit *e, const ExplicitRun *run, State *sta
             &e->lanes, e->slot, e->steer.held, longer * longer, looks_motion(&e->looks), continues};
         contact_begin(e->contact, view, &state->contact, run->dt);
     }
-    double contact, before = total_energy(e, run->dt, state, &result.energy_scale, &contact);
+    bool known = continues && e->system->history_count == 0;
+    double elastic = known ? e->elastic : system_elastic_energy(e->system, state->x);
+    double contact, *scale = &result.energy_scale;
+    double before = total_energy(e, run->dt, state, elastic, scale, &contact);
     double hidden = state->hidden;
     before += hidden - spread;
     impulse_start(&e->impulse, e->system, state);
     run_steps(e, run, state, &result);
     store(e, state, state->time + (run->kinetic_damping ? 0.0 : run->steps * run->dt));
-    double after = total_energy(e, run->dt, state, &result.energy_scale, &result.contact_energy);
+    e->elastic = result.elastic = system_elastic_energy(e->system, state->x);
+    double after = total_energy(e, run->dt, state, e->elastic, scale, &result.contact_energy);
     state->hidden = bounds_hidden(&e->bounds);
     after += state->hidden;
     result.inertia = state->hidden - hidden + spread;

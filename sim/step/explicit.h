@@ -29,10 +29,10 @@ typedef struct ExplicitResult {
     double sides;        /* [J] taken out by the bound on sides (sides.h) */
     /* [J] hidden from the kinetic energy by scaled inertia, and lost as that begins or ends */
     double inertia;
-    double fabric, drag;   /* [J] taken out by damping (damping.h), and by air less what it gave */
-    double blown;          /* [J] that the air gave on faces */
-    double contact_energy; /* [J] at the end */
-    double fastest;        /* [m/s] at any time */
+    double fabric, drag; /* [J] taken out by damping (damping.h), and by air less what it gave */
+    double blown;        /* [J] that the air gave on faces */
+    double contact_energy, elastic; /* [J] at the end */
+    double fastest;                 /* [m/s] at any time */
     int steps, kills;
     double last_kill; /* [J] kinetic energy at the last kill */
     ContactStatistics contact;
