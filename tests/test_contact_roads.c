@@ -229,6 +229,38 @@ static void test_starts(void **unused) {
     CHECK_AT_MOST((double)crossings, 0.0);
 }
 
+/* [B] most memory that a drape over a cube took, and how many intervals were done again */
+static double burst_memory(const char *solver, double *retries) {
+    char text[1024];
+    snprintf(text, sizeof text,
+             "toile: 1\nfilm: {rate: 30, seconds: 1}\ncloth:\n  sheet:\n"
+             "    shape: {rectangle: {width: 1 m, height: 1 m}}\n"
+             "    fabric: {name: f, weight: 150 g/m2, isotropic: {stretch: 1000 N/m, poisson: 0.3,"
+             " bending: 1e-5 N m}}\n"
+             "    nodes: 51 x 51\n    sides: bounded\n    noise: 0.2 mm\n    at: [0, 0, 2 cm]\n"
+             "obstacles:\n  cube: {box: {size: [50 cm, 50 cm, 50 cm], rounding: 5 mm},"
+             " at: [0, 0, -25 cm], friction: 0.3}\n"
+             "solver: {stepper: central%s}\n",
+             solver);
+    Play play;
+    play_start(&play, text);
+    play_to(&play, 0.2);
+    double bytes = (double)play.sim.arena.bytes_peak;
+    *retries = play.sim.total.retries;
+    play_end(&play);
+    return bytes;
+}
+
+/* At the limit of stability intervals burst, with pairs without number, and are done again: that is seen
+ * before it takes time and memory. */
+static void test_burst(void **unused) {
+    (void)unused;
+    double calm, burst, usual = burst_memory("", &calm);
+    double bytes = burst_memory(", courant: 1", &burst);
+    assert_true(burst > calm);
+    CHECK_AT_MOST(bytes / usual, 4.0); /* else some hundred */
+}
+
 static int set_up(void **unused) {
     (void)unused;
     return folder_make("roads") ? 0 : 1;
@@ -245,6 +277,7 @@ int main(int argc, char **argv) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_roads),  cmocka_unit_test(test_plate),  cmocka_unit_test(test_driven),
         cmocka_unit_test(test_layers), cmocka_unit_test(test_resume), cmocka_unit_test(test_starts),
+        cmocka_unit_test(test_burst),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }

@@ -16,6 +16,12 @@
 /* nodes a thread takes at once, some 10 us; with fewer, starting the threads costs more than they
  * save, and each chunk repeats a row of cells and two of moments */
 #define NODE_GRAIN 1000
+/* An interval ends where energy of so many times what is at hand came from nowhere: it will be refused, and
+ * lists of what nearly meets at such speeds would fill the memory. Speeds between positions alone may make it
+ * three times as much. */
+#define BURST_SHARE 5.0
+#define BURST_STEP 1.25  /* of its speed: lists grow with a power of it */
+#define BURST_LEAST 0.01 /* of its size: how high that lifts the cloth, where nothing is at hand */
 /* a drift repeats nothing: chunks are parts of those of the kick */
 #define DRIFT_PARTS 3
 
@@ -455,9 +461,20 @@ static bool kill_at_peak(Explicit *e, const ExplicitRun *run, double *kinetic_be
     return fell && result->last_kill < run->kinetic_target;
 }
 
-static void run_steps(Explicit *e, const ExplicitRun *run, const State *state,
+/* Asked whenever the fastest has become faster by BURST_STEP. `before` [J]: at the start. */
+static bool bursts(Explicit *e, const ExplicitResult *result, double before) {
+    const System *system = e->system;
+    gather(e, 0, system->place_count, e->lanes.x, e->x);
+    double now = kinetic_now(e) + system_gravity_energy(system, e->x, e->steer.held);
+    double given = fabs(result->work) + fabs(e->air_work);
+    given += e->contact ? fabs(contact_statistics(e->contact)->work) : 0.0;
+    double at_hand = result->energy_scale + given + BURST_LEAST * system->weight * system->size;
+    return now - before > BURST_SHARE * at_hand;
+}
+
+static void run_steps(Explicit *e, const ExplicitRun *run, const State *state, double before,
                       ExplicitResult *result) {
-    double share = run->symplectic_euler ? 1.0 : 0.5, kinetic = 0.0;
+    double share = run->symplectic_euler ? 1.0 : 0.5, kinetic = 0.0, asked = 0.0;
     for (int s = 0; s < run->steps && !step_interrupted; s++) {
         double time_end = run->kinetic_damping ? state->time : state->time + (s + 1) * run->dt;
         damping_before(&e->damping);
@@ -476,7 +493,11 @@ static void run_steps(Explicit *e, const ExplicitRun *run, const State *state,
             return;
         }
         result->fastest = fmax(result->fastest, fastest);
-        if (!isfinite(fastest)) {
+        if (fastest > BURST_STEP * asked && !run->kinetic_damping) {
+            asked = fastest;
+            result->fastest = bursts(e, result, before) ? INFINITY : result->fastest;
+        }
+        if (!isfinite(result->fastest) || !isfinite(fastest)) {
             return;
         }
     }
@@ -548,7 +569,7 @@ ExplicitResult explicit_interval(Explicit *e, const ExplicitRun *run, State *sta
     double hidden = state->hidden;
     before += hidden - spread;
     impulse_start(&e->impulse, e->system, state);
-    run_steps(e, run, state, &result);
+    run_steps(e, run, state, before, &result);
     store(e, state, state->time + (run->kinetic_damping ? 0.0 : run->steps * run->dt));
     e->elastic = result.elastic = system_elastic_energy(e->system, state->x);
     double after = total_energy(e, run->dt, state, e->elastic, scale, &result.contact_energy);
