@@ -55,6 +55,13 @@ static void check_same(const SolidNearest *a, const SolidNearest *b) {
     assert_memory_equal(&a->point, &b->point, sizeof a->point);
     assert_memory_equal(&a->normal, &b->normal, sizeof a->normal);
     assert_memory_equal(&a->distance, &b->distance, sizeof a->distance);
+    assert_memory_equal(&a->lower, &b->lower, sizeof a->lower);
+    for (int k = 0; k < 3; k++) {
+        assert_memory_equal(&a->side[k].distance, &b->side[k].distance, sizeof(double));
+        if (isfinite(a->side[k].distance)) {
+            assert_memory_equal(&a->side[k], &b->side[k], sizeof a->side[k]);
+        }
+    }
 }
 
 static void check_batch(BoxBatch *batch, const SolidNearest *one, int first, int *within) {

@@ -62,11 +62,23 @@ static int fill(BoxRows *rows, int count) {
 }
 
 static SolidNearest found_at(BoxRows *rows, int k) {
-    return (SolidNearest){.feature = (int)rows->feature[k],
+    SolidNearest found = {.feature = (int)rows->feature[k],
                           .weight = {rows->weight[0][k], rows->weight[1][k], rows->weight[2][k]},
                           .point = get(rows->point, k),
                           .normal = get(rows->normal, k),
-                          .distance = rows->distance[k]};
+                          .distance = rows->distance[k],
+                          .lower = rows->lower[k]};
+    for (int m = 0; m < 3; m++) {
+        found.side[m] = (SolidSide){rows->side_at[m][k], rows->side_distance[m][k],
+                                    rows->side_lower[m][k], get(rows->side_normal[m], k)};
+    }
+    return found;
+}
+
+void box_batch_corners(BoxBatch *batch, int k, Vec3 x[3]) {
+    for (int c = 0; c < 3; c++) {
+        x[c] = get(batch->rows.x[c], k);
+    }
 }
 
 static SolidNearest search_one(BoxRows *rows, int k, const Solid *box) {

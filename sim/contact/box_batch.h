@@ -20,8 +20,10 @@ typedef struct BoxRows {
     BoxRow height[3];       /* [m] in: distances of them */
     BoxRow up[3][3];        /* in: normals there */
     BoxRow core[3], radius; /* [m] in: of the box, half its size without the rounding */
-    BoxRow weight[3], point[3], normal[3], distance; /* out */
-    BoxRow feature;                                  /* out: a whole number */
+    BoxRow weight[3], point[3], normal[3], distance;                       /* out */
+    BoxRow feature;                                                        /* out: a whole number */
+    BoxRow lower;                                                          /* [m] out */
+    BoxRow side_at[3], side_distance[3], side_lower[3], side_normal[3][3]; /* out */
     BoxRow within; /* out: 1 where a side ends within the core, of which nothing is said */
     /* in: is there a triangle across the border of a core? Below and above zero, along each axis */
     bool across[3][2];
@@ -52,5 +54,8 @@ int box_batch_add(BoxBatch *batch, const Solid *box);
 
 /* Finds where all that wait come nearest; then nothing waits. Returns how many did. */
 int box_batch_solve(BoxBatch *batch);
+
+/* The corners of one that was solved last. */
+void box_batch_corners(BoxBatch *batch, int k, Vec3 x[3]);
 
 #endif

@@ -3,6 +3,8 @@
  * operations. */
 #include "sim/contact/box_batch.h"
 
+#include <math.h>
+
 /* the least distance along a side, corner by corner of the triangle */
 typedef struct Side {
     BoxRow along[3], asked; /* asked: 1 where the distance falls from both ends */
@@ -90,7 +92,9 @@ static void choose_corner(BoxRows *rows, int count) {
         rows->weight[2][k] = third ? 1.0 : 0.0;
         rows->feature[k] = third ? 4.0 : feature;
         rows->distance[k] = third ? c : low;
-        rows->within[k] = 0.0;
+        rows->within[k] = rows->lower[k] = 0.0;
+        rows->side_distance[0][k] = rows->side_distance[1][k] = rows->side_distance[2][k] =
+            (double)INFINITY;
     }
     for (int a = 0; a < 3; a++) {
         VECTOR_LOOP
@@ -157,6 +161,21 @@ static void cut_side(const BoxRows *rows, int a, int c, double sign, Side *side,
     }
 }
 
+static void keep_side(BoxRows *rows, int a, int b, const Side *side, const Spots *spots,
+                      const BoxRow at, int count) {
+    VECTOR_LOOP
+    for (int k = 0; k < count; k++) {
+        int asked = side->asked[k] > 0.0;
+        double ends = smaller(rows->height[a][k], rows->height[b][k]);
+        rows->side_at[a][k] = at[k];
+        rows->side_lower[a][k] = ends - spots->distance[k];
+        put(&rows->side_distance[a][k], asked, spots->distance[k]);
+        rows->side_normal[a][0][k] = spots->normal[0][k];
+        rows->side_normal[a][1][k] = spots->normal[1][k];
+        rows->side_normal[a][2][k] = spots->normal[2][k];
+    }
+}
+
 static void end_side(BoxRows *rows, int a, int b, const Side *side, int count) {
     double feature = (1 << a) | (1 << b);
     double *restrict of_a = rows->weight[a], *restrict of_b = rows->weight[b];
@@ -175,6 +194,7 @@ static void end_side(BoxRows *rows, int a, int b, const Side *side, int count) {
         put(&rows->within[k], (side->asked[k] > 0.0) & (rise <= 0.0), 1.0);
     }
     measure(rows, &spots, count);
+    keep_side(rows, a, b, side, &spots, at, count);
     VECTOR_LOOP
     for (int k = 0; k < count; k++) {
         int nearer = (side->asked[k] > 0.0) & (spots.distance[k] < rows->distance[k]);
@@ -254,6 +274,7 @@ static void search_face(BoxRows *rows, int count) {
         put(&rows->weight[0][k], is_face, face.weight[0][k]);
         put(&rows->weight[1][k], is_face, face.weight[1][k]);
         put(&rows->weight[2][k], is_face, face.weight[2][k]);
+        put(&rows->lower[k], is_face, rows->distance[k] - spots.distance[k]);
         take(rows, k, is_face, &spots, 7.0);
     }
 }

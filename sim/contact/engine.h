@@ -102,7 +102,6 @@ struct Contact {
     int touch_count, touch_end, touch_room; /* touch_count: of all groups */
     int *due_touches;   /* (due_touch_count) that are near; listed where impulses or motions ask */
     int *looked;        /* (touch_room) triangles of each group from its `begin` on */
-    EdgeEnds *edges;    /* (touch_room) likewise, of those that push and share an edge */
     int *near_touches;  /* (touch_room) likewise */
     LookSum *look_sums; /* of chunks of groups */
     bool solids_move;
@@ -112,6 +111,8 @@ struct Contact {
     int *due_counts, *spent_counts; /* of chunks of groups */
     bool touches_asked;             /* these are known for the paths of now */
     VertexDistance *distances;      /* (vertex_count x obstacle_count) */
+    SideTouch *sides;               /* (edge_count of the surface x obstacle_count) */
+    bool sides_rub;                 /* does any of them have a bristle? */
     Pose *poses, *next;             /* (obstacle_count) now; demanded at the end of the step */
     Frame *frames;                  /* (obstacle_count) of poses */
     double *clocks, *next_clocks, *obstacle_speed;
@@ -126,6 +127,14 @@ struct Contact {
 
 static inline double *contact_vertex_bristle(const Contact *c, int place, int obstacle) {
     return c->bristles + 3 * ((size_t)place * (size_t)c->def->obstacle_count + (size_t)obstacle);
+}
+/* of side k of a triangle that is its first; and the edge of a side */
+static inline int contact_side(const Contact *c, const Touch *touch, int k) {
+    int edge = c->surface.sides[3 * (size_t)touch->triangle + (size_t)k];
+    return edge * c->def->obstacle_count + touch->obstacle;
+}
+static inline const int *contact_side_places(const Contact *c, int side) {
+    return c->surface.edges + 2 * (size_t)(side / c->def->obstacle_count);
 }
 /* groups of cloth come before those of meshes */
 static inline int contact_cloth_groups(const Contact *c) {

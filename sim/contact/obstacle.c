@@ -4,6 +4,8 @@
 #include "sim/base/parallel.h"
 #include "sim/contact/force.h"
 
+#define MOST_OF_TRIANGLE 4 /* its face and its sides push */
+
 /* those of a vertex are not looked up: they lie in a cache line of their own */
 static const double *touch_weights(const Touch *touch) {
     static const double whole[1] = {1.0};
@@ -11,11 +13,6 @@ static const double *touch_weights(const Touch *touch) {
 }
 
 /* ---- forces ---- */
-
-/* is the nearest point of a triangle one of its corners, which are met as vertices? */
-static bool at_corner(const Touch *touch) {
-    return touch->feature == 1 || touch->feature == 2 || touch->feature == 4;
-}
 
 static double touch_distance(const Contact *c, const Touch *touch) {
     return c->def->vertex_distance[touch->place[0]];
@@ -33,9 +30,18 @@ static Vec3 touch_velocity(const Contact *c, const Touch *touch) {
     return contact_point_velocity(c, 3, touch->place, touch->weight);
 }
 
+static double obstacle_friction(const Contact *c, int obstacle, int place) {
+    double own = c->def->obstacles[obstacle].friction;
+    return own >= 0.0 ? own : c->def->friction[place];
+}
+
 double touch_friction(const Contact *c, const Touch *touch) {
-    double own = c->def->obstacles[touch->obstacle].friction;
-    return own >= 0.0 ? own : c->def->friction[touch->place[0]];
+    return obstacle_friction(c, touch->obstacle, touch->place[0]);
+}
+
+/* of the stiffness */
+static double touch_share(const Contact *c, const Touch *touch) {
+    return c->at_solids.share * (touch->place[1] < 0 ? 1.0 : touch->share);
 }
 
 static ContactForce force_of(const Contact *c, Touch *touch, double dt, double share) {
@@ -45,7 +51,7 @@ static ContactForce force_of(const Contact *c, Touch *touch, double dt, double s
     double *memory = contact_vertex_bristle(c, touch->place[0], touch->obstacle);
     Vec3 bristle = vertex ? vec3_load(memory) : touch->bristle;
     ContactForce force = contact_solid_force(
-        c->at_solids.share, touch->distance, touch_distance(c, touch), touch_mass(c, touch),
+        touch_share(c, touch), touch->distance, touch_distance(c, touch), touch_mass(c, touch),
         touch_friction(c, touch), touch->normal, v, dt, share, &bristle);
     if (vertex) {
         vec3_store(memory, bristle);
@@ -64,34 +70,84 @@ static bool all_held(const Contact *c, const Touch *touch) {
     return held;
 }
 
-TouchPush obstacle_push(const Contact *c, const Touch *touch) {
-    bool vertex = touch->place[1] < 0;
-    if (touch->distance >= touch_distance(c, touch) || all_held(c, touch) ||
-        (!vertex && at_corner(touch))) {
-        return TOUCH_LETS_GO;
-    }
-    return vertex || touch->feature == 7 ? TOUCH_PUSHES : TOUCH_SHARES_EDGE;
+bool obstacle_pushes(const Contact *c, const Touch *touch) {
+    bool inside = touch->place[1] < 0 || touch->feature == 7;
+    return inside && touch->distance < touch_distance(c, touch) && !all_held(c, touch);
 }
 
-/* those that push, of which some stand for the same edge */
+/* ---- sides ---- */
+
+static ContactForce side_force(const Contact *c, int side, double dt, double share) {
+    SideTouch *s = &c->sides[side];
+    const int *place = contact_side_places(c, side);
+    int obstacle = side % c->def->obstacle_count;
+    double mass = surface_panel(&c->surface, place[0])->mass;
+    double mu = obstacle_friction(c, obstacle, place[0]);
+    Vec3 carried = contact_carried(c, obstacle, s->point, dt);
+    Vec3 v = contact_point_velocity(c, 2, place, (double[]){1.0 - s->at, s->at});
+    ContactForce force = contact_solid_force(s->share * c->at_solids.share, s->distance,
+                                             c->def->vertex_distance[place[0]], mass, mu, s->normal,
+                                             vec3_sub(v, carried), dt, share, &s->bristle);
+    force.carried = carried;
+    return force;
+}
+
+/* those that push; others let go */
+static void choose_sides(Contact *c, Touch *touch) {
+    for (int k = 0; k < 3; k++) {
+        if (!(touch->sides & 1U << k)) {
+            continue;
+        }
+        int side = contact_side(c, touch, k);
+        const int *place = contact_side_places(c, side);
+        if (c->held[place[0]] && c->held[place[1]]) {
+            obstacle_forget_sides(c, touch, 1U << k);
+            continue;
+        }
+        c->pushing[c->pushing_count++] = -1 - side;
+        c->sides_rub = true;
+    }
+}
+
+/* What pushes: vertices and faces by their touches, sides by -1 - their number. */
 static void choose_pushing(Contact *c) {
-    contact_make_force_room(c, c->due_touch_count);
-    contact_clear_twins(c, c->due_touch_count);
+    contact_make_force_room(c, MOST_OF_TRIANGLE * c->due_touch_count);
     for (int k = 0; k < c->due_group_count; k++) {
         const GroupTouch *group = &c->group_touches[c->due_groups[k]];
         for (int m = group->begin; m < group->begin + group->pushing; m++) {
-            bool edge = c->looked[m] < 0;
-            int t = edge ? -1 - c->looked[m] : c->looked[m];
-            int key[3] = {c->due_groups[k] % c->def->obstacle_count, c->edges[m].low,
-                          c->edges[m].high};
-            int twin = edge ? contact_find_twin(c, key, t) : -1;
-            if (twin >= 0) {
-                c->followers[c->follower_count++] = (Follower){t, twin};
-            } else {
+            int t = c->looked[m] < 0 ? -1 - c->looked[m] : c->looked[m];
+            bool sides = c->looked[m] < 0;
+            if (!sides || obstacle_pushes(c, &c->touches[t])) {
                 c->pushing[c->pushing_count++] = t;
+            }
+            if (sides) {
+                choose_sides(c, &c->touches[t]);
             }
         }
     }
+}
+
+/* The vertices that something pushes. */
+typedef struct Pushed {
+    int count;
+    const int *place;
+    double weight[3];
+} Pushed;
+
+static Pushed pushed_by(const Contact *c, int item) {
+    if (item < 0) {
+        double at = c->sides[-1 - item].at;
+        return (Pushed){2, contact_side_places(c, -1 - item), {1.0 - at, at}};
+    }
+    const Touch *touch = &c->touches[item];
+    const double *w = touch->weight;
+    return touch->place[1] < 0 ? (Pushed){1, touch->place, {1.0}}
+                               : (Pushed){3, touch->place, {w[0], w[1], w[2]}};
+}
+
+static ContactForce force_by(const Contact *c, int item, double dt, double share) {
+    return item < 0 ? side_force(c, -1 - item, dt, share)
+                    : force_of(c, &c->touches[item], dt, share);
 }
 
 /* Forces of c->pushing, in parts whose number depends on nothing but theirs. Cloth is numbered as its groups
@@ -104,16 +160,16 @@ typedef struct PushJob {
     ContactWork work[CONTACT_PARTS];
 } PushJob;
 
-static bool is_within(const Touch *touch, int first, int end) {
+static bool is_within(const Pushed *pushed, int first, int end) {
     bool within = true;
-    for (int k = 0; k < touch_corners(touch); k++) {
-        within = within && touch->place[k] >= first && touch->place[k] < end;
+    for (int k = 0; k < pushed->count; k++) {
+        within = within && pushed->place[k] >= first && pushed->place[k] < end;
     }
     return within;
 }
 
-static void apply(Contact *c, const Touch *touch, const ContactForce *force, ContactWork *work) {
-    contact_apply(c, force, touch_corners(touch), touch->place, touch_weights(touch), work);
+static void apply(Contact *c, const Pushed *pushed, const ContactForce *force, ContactWork *work) {
+    contact_apply(c, force, pushed->count, pushed->place, pushed->weight, work);
 }
 
 /* the numbers of those that are left go to c->left, from the first of the part on */
@@ -122,10 +178,10 @@ static void push_part(int part, int first, int end, void *context) {
     Contact *c = job->c;
     int left = 0;
     for (int k = first; k < end; k++) {
-        Touch *touch = &c->touches[c->pushing[k]];
-        ContactForce force = force_of(c, touch, job->dt, job->share);
-        if (is_within(touch, job->split[part], job->split[part + 1])) {
-            apply(c, touch, &force, &job->work[part]);
+        ContactForce force = force_by(c, c->pushing[k], job->dt, job->share);
+        Pushed pushed = pushed_by(c, c->pushing[k]);
+        if (is_within(&pushed, job->split[part], job->split[part + 1])) {
+            apply(c, &pushed, &force, &job->work[part]);
         } else {
             c->forces[k] = force;
             c->left[first + left++] = k;
@@ -142,7 +198,7 @@ static int split_vertices(PushJob *job) {
     int parts = parallel_chunk_count(c->pushing_count, grain);
     job->split[0] = 0;
     for (int p = 1; p < parts; p++) {
-        int place = c->touches[c->pushing[p * grain]].place[0];
+        int place = pushed_by(c, c->pushing[p * grain]).place[0];
         job->split[p] = place > job->split[p - 1] ? place : job->split[p - 1];
     }
     job->split[parts] = c->def->vertex_count;
@@ -156,7 +212,8 @@ static void push_all(Contact *c, double dt, double share) {
     for (int p = 0; p < parallel_chunk_count(c->pushing_count, grain); p++) {
         for (int m = p * grain; m < p * grain + job.left[p]; m++) {
             int k = c->left[m];
-            apply(c, &c->touches[c->pushing[k]], &c->forces[k], &job.work[p]);
+            Pushed pushed = pushed_by(c, c->pushing[k]);
+            apply(c, &pushed, &c->forces[k], &job.work[p]);
         }
         contact_note_work(c, &job.work[p]);
     }
@@ -168,9 +225,6 @@ void obstacle_forces(Contact *c, double dt, double share) {
     choose_pushing(c);
     push_all(c, dt, share);
     resting_forces(c, dt, share);
-    for (int k = 0; k < c->follower_count; k++) {
-        c->touches[c->followers[k].second].bristle = c->touches[c->followers[k].first].bristle;
-    }
 }
 
 /* ---- guard ---- */
@@ -265,15 +319,31 @@ bool obstacle_check(Contact *c, double dt) {
     return c->outgrown;
 }
 
+/* [J] of a vertex or a face */
+static double touch_energy(const Contact *c, const Touch *touch, double dt) {
+    double force, curvature, k = touch_share(c, touch) * touch_mass(c, touch) / (dt * dt);
+    return contact_law(touch->distance, touch_distance(c, touch), k, &force, &curvature);
+}
+
+/* [J] of the sides of a triangle */
+static double sides_energy(const Contact *c, const Touch *touch, double dt) {
+    double k = c->at_solids.share * touch_mass(c, touch) / (dt * dt);
+    double energy = 0.0, force, curvature;
+    for (int m = 0; m < 3; m++) {
+        if (touch->sides & 1U << m) {
+            const SideTouch *s = &c->sides[contact_side(c, touch, m)];
+            energy += contact_law(s->distance, touch_distance(c, touch), s->share * k, &force,
+                                  &curvature);
+        }
+    }
+    return energy;
+}
+
 /* [J] of a touch that is due */
 static double energy_of(const Contact *c, const Touch *touch, double dt) {
     bool vertex = touch->place[1] < 0;
-    if (!vertex && at_corner(touch)) {
-        return 0.0;
-    }
-    double force, curvature, k = c->at_solids.share * touch_mass(c, touch) / (dt * dt);
-    double share = vertex || touch->feature == 7 ? 1.0 : 0.5;
-    return share * contact_law(touch->distance, touch_distance(c, touch), k, &force, &curvature);
+    double energy = vertex || touch->feature == 7 ? touch_energy(c, touch, dt) : 0.0;
+    return vertex ? energy : energy + sides_energy(c, touch, dt);
 }
 
 double obstacle_energy(Contact *c, double dt) {

@@ -1,7 +1,7 @@
 /* obstacle_distance.c: how far a vertex or a triangle is from a convex solid.
  *
- * Vertices meet the signed distance; triangles meet edges, corners and curved sides where their
- * nearest point lies inside an edge or the face. Each near triangle has a plane that parts it
+ * Vertices meet the signed distance; sides and faces of triangles meet edges, corners and curved sides where
+ * their nearest point lies inside. Each near triangle has a plane that parts it
  * from the whole solid. */
 #include <math.h>
 #include <string.h>
@@ -67,8 +67,43 @@ void obstacle_evaluate_vertex(Contact *c, const Points *x, Touch *touch) {
     set_touch(c, touch, v->distance, v->place, v->normal);
 }
 
-/* the exact nearest point */
-static void set_nearest(const Contact *c, Touch *touch, const SolidNearest *nearest) {
+/* Share of the stiffness of what is lower by so much [m] than what bounds it: it must come without a leap where
+ * a nearest point comes into it, since the other one is felt already. */
+static double share_of(double lower, double dhat) {
+    double g = lower / (CONTACT_FADE * dhat);
+    return g < 1.0 ? g * (2.0 - g) : 1.0;
+}
+
+/* side k of a triangle, if it is near; corners in the frame of the obstacle */
+static bool set_side(const Contact *c, const Touch *touch, const Vec3 place[3], int k,
+                     const SolidSide *found) {
+    int side = contact_side(c, touch, k), next = (k + 1) % 3;
+    double dhat = c->def->vertex_distance[touch->place[0]];
+    if (side < 0 || found->distance >= dhat) {
+        return false;
+    }
+    const Frame *f = &c->frames[touch->obstacle];
+    Vec3 at = vec3_axpy(place[k], found->at, vec3_sub(place[next], place[k]));
+    Vec3 point = vec3_axpy(at, -found->distance, found->normal);
+    SideTouch *out = &c->sides[side];
+    out->at = touch->place[k] < touch->place[next] ? found->at : 1.0 - found->at;
+    out->distance = found->distance;
+    out->share = share_of(found->lower, dhat);
+    out->normal = frame_apply(f, found->normal);
+    out->point = vec3_add(f->origin, frame_apply(f, point));
+    return true;
+}
+
+/* the exact nearest points */
+static void set_nearest(const Contact *c, Touch *touch, const Vec3 place[3],
+                        const SolidNearest *nearest) {
+    unsigned sides = 0;
+    for (int k = 0; k < 3; k++) {
+        sides |= set_side(c, touch, place, k, &nearest->side[k]) ? 1U << k : 0U;
+    }
+    obstacle_forget_sides(c, touch, touch->sides & ~sides);
+    touch->sides = sides;
+    touch->share = share_of(nearest->lower, c->def->vertex_distance[touch->place[0]]);
     touch->feature = (short)nearest->feature;
     memcpy(touch->weight, nearest->weight, sizeof touch->weight);
     set_touch(c, touch, nearest->distance, nearest->point, nearest->normal);
@@ -77,7 +112,9 @@ static void set_nearest(const Contact *c, Touch *touch, const SolidNearest *near
 void obstacle_finish(const Contact *c, TouchBatch *batch) {
     int count = box_batch_solve(&batch->boxes);
     for (int k = 0; k < count; k++) {
-        set_nearest(c, batch->touches[k], &batch->boxes.nearest[k]);
+        Vec3 place[3];
+        box_batch_corners(&batch->boxes, k, place);
+        set_nearest(c, batch->touches[k], place, &batch->boxes.nearest[k]);
     }
 }
 
@@ -98,7 +135,7 @@ static void search_triangle(const Contact *c, TouchBatch *batch, Touch *touch,
     Vec3 normal[3] = {v[0]->normal, v[1]->normal, v[2]->normal};
     double d[3] = {v[0]->distance, v[1]->distance, v[2]->distance};
     SolidNearest nearest = solid_nearest_on_triangle(solid, place, d, normal);
-    set_nearest(c, touch, &nearest);
+    set_nearest(c, touch, place, &nearest);
 }
 
 /* The distance is convex: below no tangent plane. The tangent at a corner bounds it over the
@@ -117,6 +154,7 @@ void obstacle_evaluate_triangle(const Contact *c, const Points *x, Corners *corn
     double lowest = min2(min2(v[0]->distance, v[1]->distance), v[2]->distance);
     touch->spare = vec3_same(v[0]->normal, v[1]->normal) && vec3_same(v[1]->normal, v[2]->normal);
     if (touch->spare) {
+        obstacle_forget_sides(c, touch, touch->sides);
         touch->distance = lowest;
         touch->feature = 1;
         touch->margin =
@@ -136,6 +174,7 @@ void obstacle_evaluate_triangle(const Contact *c, const Points *x, Corners *corn
         search_triangle(c, batch, touch, v);
         return;
     }
+    obstacle_forget_sides(c, touch, touch->sides);
     touch->feature = (short)(1 << best);
     touch->weight[0] = touch->weight[1] = touch->weight[2] = 0.0;
     touch->weight[best] = 1.0;

@@ -16,6 +16,12 @@ static void touch_key(const Touch *touch, int key[4]) {
     key[3] = touch->obstacle;
 }
 
+static void side_key(const Contact *c, int side, int key[4]) {
+    memcpy(key, contact_side_places(c, side), 2 * sizeof *key);
+    key[2] = -1;
+    key[3] = side % c->def->obstacle_count;
+}
+
 /* ---- blocks of touches ---- */
 
 static void make_touch_room(Contact *c, int room) {
@@ -23,7 +29,6 @@ static void make_touch_room(Contact *c, int room) {
     c->touch_due = arena_grow(c->arena, double, c->touch_due, c->touch_end, room);
     c->due_touches = arena_push(c->arena, int, room); /* a look follows */
     c->looked = arena_push(c->arena, int, room);
-    c->edges = arena_push(c->arena, EdgeEnds, room);
     c->near_touches = arena_push(c->arena, int, room);
     resting_make_room(&c->resting, c->touch_end, room, c->arena);
     c->touch_room = room;
@@ -106,10 +111,21 @@ bool obstacle_search(Contact *c, double dt) {
     return searched;
 }
 
+void obstacle_forget_sides(const Contact *c, Touch *touch, unsigned sides) {
+    for (int k = 0; k < 3; k++) {
+        if (sides & 1U << k) {
+            c->sides[contact_side(c, touch, k)].bristle = vec3(0, 0, 0);
+        }
+    }
+    touch->sides &= ~sides;
+}
+
 void obstacle_forget(const Contact *c, Touch *touch) {
     touch->bristle = vec3(0, 0, 0);
     if (touch->place[1] < 0) {
         memset(contact_vertex_bristle(c, touch->place[0], touch->obstacle), 0, 3 * sizeof(double));
+    } else {
+        obstacle_forget_sides(c, touch, touch->sides);
     }
 }
 
@@ -120,14 +136,24 @@ static int compare_keys(const void *a, const void *b) {
                   sizeof((const PairMemory *)a)->place);
 }
 
-/* the bristle of the last interval */
-static void restore_bristle(const Contact *c, Touch *touch) {
+/* Takes over a bristle of the last interval; false: there is none. */
+static bool restore(const Contact *c, const PairMemory *key, Vec3 *bristle) {
+    const PairMemory *memory = bsearch(key, c->touch_memory, (size_t)c->touch_memory_count,
+                                       sizeof *c->touch_memory, compare_keys);
+    *bristle = memory ? vec3_load(memory->bristle) : *bristle;
+    return memory;
+}
+
+static void restore_bristles(const Contact *c, Touch *touch) {
     PairMemory key;
     touch_key(touch, key.place);
-    const PairMemory *memory = bsearch(&key, c->touch_memory, (size_t)c->touch_memory_count,
-                                       sizeof *c->touch_memory, compare_keys);
-    if (memory) {
-        touch->bristle = vec3_load(memory->bristle);
+    restore(c, &key, &touch->bristle);
+    for (int k = 0; k < 3 && touch->place[1] >= 0; k++) {
+        int side = contact_side(c, touch, k);
+        if (side >= 0) {
+            side_key(c, side, key.place);
+            touch->sides |= restore(c, &key, &c->sides[side].bristle) ? 1U << k : 0U;
+        }
     }
 }
 
@@ -148,7 +174,7 @@ static void list_touch(Contact *c, const GroupTouch *group, const Touch *wanted,
     } else {
         *touch = *wanted;
         if (c->touch_memory_count > 0) {
-            restore_bristle(c, touch);
+            restore_bristles(c, touch);
         }
     }
     c->touch_due[e->at--] = -INFINITY;
@@ -169,6 +195,7 @@ static void list_group(Contact *c, int owner) {
     for (int n = c->surface.groups[g].cell_end - 1; n >= c->surface.groups[g].cell_begin; n--) {
         const SurfaceCell *cell = &c->surface.cells[n];
         for (int k = cell->triangle_count - 1; k >= 0 && !plane; k--) {
+            triangle.triangle = cell->triangle[k];
             memcpy(triangle.place, c->surface.triangles + 3 * (size_t)cell->triangle[k],
                    sizeof triangle.place);
             list_touch(c, group, &triangle, &e);
@@ -314,21 +341,21 @@ static void close_up(Contact *c, GroupTouch *group) {
     }
 }
 
+/* those of a group that push, and triangles with sides that may: -1 - touch */
 static void list_pushing(Contact *c, GroupTouch *group) {
     for (int m = group->begin; m < group->begin + group->near_count; m++) {
-        int t = c->near_touches[m], next = group->begin + group->pushing;
-        const Touch *touch = &c->touches[t];
-        TouchPush push = obstacle_push(c, touch);
-        if (push == TOUCH_LETS_GO) {
-            obstacle_forget(c, &c->touches[t]);
-            continue;
+        int t = c->near_touches[m];
+        Touch *touch = &c->touches[t];
+        bool pushes = obstacle_pushes(c, touch), vertex = touch->place[1] < 0;
+        if (!pushes && vertex) {
+            obstacle_forget(c, touch);
+        } else if (!pushes) {
+            touch->bristle = vec3(0, 0, 0);
         }
-        if (push == TOUCH_SHARES_EDGE) {
-            EdgeEnds *edge = &c->edges[next];
-            feature_ends(touch->feature, touch->place, &edge->low, &edge->high);
+        bool sides = !vertex && touch->sides;
+        if (pushes || sides) {
+            c->looked[group->begin + group->pushing++] = sides ? -1 - t : t;
         }
-        c->looked[next] = push == TOUCH_PUSHES ? t : -1 - t;
-        group->pushing++;
     }
 }
 
@@ -479,17 +506,41 @@ void obstacle_find(Contact *c, double dt) {
     c->at_solids.room = min2(c->at_solids.room, sum.room);
 }
 
+typedef struct Remembered {
+    PairMemory *memory;
+    int count, room;
+} Remembered;
+
+/* the next one has its key already */
+static void remember(Remembered *r, Vec3 bristle) {
+    if (r->count < r->room && vec3_dot(bristle, bristle) > 0.0) {
+        vec3_store(r->memory[r->count++].bristle, bristle);
+    }
+}
+
+static void remember_triangle(const Contact *c, const Touch *touch, Remembered *r) {
+    if (r->count < r->room) {
+        touch_key(touch, r->memory[r->count].place);
+        remember(r, touch->bristle);
+    }
+    for (int k = 0; k < 3 && r->count < r->room; k++) {
+        if (touch->sides & 1U << k) {
+            int side = contact_side(c, touch, k);
+            side_key(c, side, r->memory[r->count].place);
+            remember(r, c->sides[side].bristle);
+        }
+    }
+}
+
 int obstacle_remember(const Contact *c, PairMemory *memory, int room) {
-    int count = 0;
+    Remembered r = {memory, 0, room};
     for (int i = 0; i < contact_owners(c); i++) {
         const GroupTouch *group = &c->group_touches[i];
-        for (int t = group->begin; t < group->begin + group->count && count < room; t++) {
-            const Touch *touch = &c->touches[t];
-            if (touch->place[1] >= 0 && vec3_dot(touch->bristle, touch->bristle) > 0.0) {
-                touch_key(touch, memory[count].place);
-                vec3_store(memory[count++].bristle, touch->bristle);
+        for (int t = group->begin; t < group->begin + group->count; t++) {
+            if (c->touches[t].place[1] >= 0) {
+                remember_triangle(c, &c->touches[t], &r);
             }
         }
     }
-    return count;
+    return r.count;
 }

@@ -25,6 +25,7 @@ static void make_edges(Surface *s, int *edge_of, Side *sides, Arena *arena) {
     }
     qsort(sides, (size_t)count, sizeof *sides, by_ends);
     s->edges = arena_push(arena, int, 2 * count);
+    s->sides = arena_push(arena, int, count);
     for (int i = 0; i < count; i++) {
         bool fresh =
             i == 0 || sides[i].low != sides[i - 1].low || sides[i].high != sides[i - 1].high;
@@ -33,6 +34,7 @@ static void make_edges(Surface *s, int *edge_of, Side *sides, Arena *arena) {
             s->edges[2 * s->edge_count + 1] = sides[i].high;
             s->edge_count++;
         }
+        s->sides[sides[i].triangle] = fresh ? s->edge_count - 1 : -1;
         edge_of[sides[i].triangle] = s->edge_count - 1;
     }
 }

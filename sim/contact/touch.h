@@ -11,7 +11,8 @@
 #include "sim/contact/box_batch.h"
 #include "sim/contact/contact.h"
 
-/* A vertex (place[1] < 0) or a triangle at an obstacle. What every step asks of a vertex over a flat
+/* A vertex (place[1] < 0) or a triangle at an obstacle. Vertices, faces and sides push; triangles have the planes
+ * that part them. What every step asks of a vertex over a flat
  * face lies in one cache line. */
 typedef struct Touch {
     _Alignas(ARENA_ALIGNMENT) int obstacle;
@@ -26,8 +27,18 @@ typedef struct Touch {
     double frozen;   /* [m] of a vertex: path of its group until which normal and point stay */
     double margin;   /* [m] of motion while it stays spare */
     double weight[3];
-    Vec3 bristle; /* of a triangle */
+    Vec3 bristle; /* of a face */
+    double share; /* of the stiffness of a face */
+    int triangle;
+    unsigned sides; /* bit k: the side from corner k on is near, and first of this triangle */
 } Touch;
+
+/* The nearest point of an edge of the surface at an obstacle, where it lies inside. */
+typedef struct SideTouch {
+    double at, distance; /* share of the way from its first vertex; [m] */
+    double share;        /* of the stiffness */
+    Vec3 normal, point, bristle;
+} SideTouch;
 
 /* A group at an obstacle: the same rules as for a GroupPair. What every step asks stands first. */
 typedef struct GroupTouch {
@@ -42,13 +53,8 @@ typedef struct GroupTouch {
     int listed;       /* its touches before this look */
     int near_count;   /* touches that are near, at the last look */
     int looked;       /* triangles that were due, then ... */
-    int pushing; /* ... after a look for forces: touches that push; -1 - touch: it shares an edge */
+    int pushing;      /* ... after a look for forces: touches that push or whose sides may */
 } GroupTouch;
-
-/* Vertices of an edge. */
-typedef struct EdgeEnds {
-    int low, high;
-} EdgeEnds;
 
 /* What a look at some groups found. */
 typedef struct LookSum {
@@ -114,7 +120,8 @@ void obstacle_begin(Contact *c, double dt);
 bool obstacle_search(Contact *c, double dt);
 void obstacle_look(Contact *c);                       /* at all that are due by their path */
 void obstacle_find(Contact *c, double dt);            /* the touches that are near now */
-void obstacle_forget(const Contact *c, Touch *touch); /* its bristle */
+void obstacle_forget(const Contact *c, Touch *touch); /* its bristles */
+void obstacle_forget_sides(const Contact *c, Touch *touch, unsigned sides);
 int obstacle_remember(const Contact *c, PairMemory *memory, int room);
 
 /* obstacle_motion.c */
@@ -126,11 +133,10 @@ Vec3 obstacle_velocity(const Contact *c, int obstacle, Vec3 point, double dt);
 double obstacle_reach(const Contact *c, const Touch *touch);
 void obstacle_move(Contact *c, double dt);
 
-typedef enum TouchPush { TOUCH_LETS_GO, TOUCH_PUSHES, TOUCH_SHARES_EDGE } TouchPush;
-
 /* obstacle.c: forces and guard */
-TouchPush obstacle_push(const Contact *c, const Touch *touch); /* of one that is near */
-double touch_friction(const Contact *c, const Touch *touch);   /* mu */
+bool obstacle_pushes(const Contact *c,
+                     const Touch *touch); /* one that is near: its vertex or face */
+double touch_friction(const Contact *c, const Touch *touch); /* mu */
 void obstacle_forces(Contact *c, double dt, double share);
 void obstacle_refresh(Contact *c, double dt);
 void obstacle_impulses(Contact *c, double dt);

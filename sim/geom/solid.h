@@ -40,12 +40,22 @@ Vec3 solid_support_point(const Solid *solid, Vec3 direction);
 
 #define SOLID_LEVEL 1e-9 /* slope of the distance that counts as level */
 
+/* The nearest point of a side, where it lies inside. */
+typedef struct SolidSide {
+    double at;       /* 0 .. 1 along it */
+    double distance; /* [m] INFINITY: it lies at an end */
+    double lower;    /* [m] by how much it is nearer than the ends */
+    Vec3 normal;
+} SolidSide;
+
 /* A point w[0] x[0] + w[1] x[1] + w[2] x[2] of a triangle. */
 typedef struct SolidNearest {
     int feature; /* that holds it, as a set of corners: bit k for x[k] */
     double weight[3];
     Vec3 point, normal; /* in the solid's frame */
     double distance;    /* [m] */
+    double lower;       /* [m] of a face: by how much it is nearer than its sides; else 0 */
+    SolidSide side[3];  /* from x[k] to the next corner */
 } SolidNearest;
 
 /* Where the signed distance is least (the distance from a convex solid is convex), given distance and

@@ -53,11 +53,6 @@ double solid_flat_margin(const Solid *solid, Vec3 p) {
     return max2(0.0, q[top] > 0.0 ? -side : 0.5 * (q[top] - side));
 }
 
-typedef struct Side {
-    double at, distance; /* share of the way from the first end */
-    Vec3 normal;
-} Side;
-
 /* half the slope of the squared distance from the core of a box at p + s t, and its own slope */
 static double box_slope(const double core[3], const double p[3], const double t[3], double s,
                         double *rise) {
@@ -75,7 +70,7 @@ static double box_slope(const double core[3], const double p[3], const double t[
 
 /* On a box that slope is linear between the places where a coordinate enters or leaves the core.
  * False inside the core. */
-static bool search_box_side(const Solid *box, Vec3 a, Vec3 b, Side *best) {
+static bool search_box_side(const Solid *box, Vec3 a, Vec3 b, SolidSide *best) {
     double p[3] = {a.x, a.y, a.z}, t[3] = {b.x - a.x, b.y - a.y, b.z - a.z};
     double core[3] = {box->half.x - box->radius, box->half.y - box->radius,
                       box->half.z - box->radius};
@@ -105,11 +100,19 @@ static bool search_box_side(const Solid *box, Vec3 a, Vec3 b, Side *best) {
 }
 
 /* least distance between a and b, where the slopes da < 0 at a and db > 0 at b are known */
-static Side search_side(const Solid *solid, Vec3 a, Vec3 b, double da, double db) {
+static SolidSide search_side(const Solid *solid, Vec3 a, Vec3 b, double da, double db) {
     Vec3 along = vec3_sub(b, a);
     double low = 0.0, high = 1.0;
     int stuck = 0;
-    Side best = {.at = -da / (db - da)};
+    SolidSide best = {.at = -da / (db - da)};
+    if (solid->kind == SOLID_SPHERE) {
+        best.at = -vec3_dot(a, along) / vec3_dot(along, along);
+        Vec3 p = vec3_axpy(a, best.at, along);
+        double length = vec3_length(p);
+        best.distance = length - solid->radius;
+        best.normal = length > 0.0 ? vec3_scale(1.0 / length, p) : vec3(0, 0, 1);
+        return best;
+    }
     if (solid->kind == SOLID_BOX && search_box_side(solid, a, b, &best)) {
         return best;
     }
@@ -170,41 +173,50 @@ static SolidNearest nearest_on_sides(const Solid *solid, const Vec3 x[3], const 
         Vec3 along = vec3_sub(x[b], x[a]);
         double da = vec3_dot(normal[a], along), db = vec3_dot(normal[b], along);
         double level = SOLID_LEVEL * vec3_length(along);
+        SolidSide *side = &best.side[k];
+        side->distance = INFINITY;
         if (da >= -level || db <= level) {
             continue;
         }
-        Side side = search_side(solid, x[a], x[b], da, db);
-        if (side.distance < best.distance) {
+        *side = search_side(solid, x[a], x[b], da, db);
+        side->lower = min2(distance[a], distance[b]) - side->distance;
+        if (side->distance < best.distance) {
             best.feature = (1 << a) | (1 << b);
-            best.weight[a] = 1.0 - side.at, best.weight[b] = side.at;
+            best.weight[a] = 1.0 - side->at, best.weight[b] = side->at;
             best.weight[(k + 2) % 3] = 0.0;
-            best.point = vec3_axpy(x[a], side.at, along);
-            best.normal = side.normal;
-            best.distance = side.distance;
+            best.point = vec3_axpy(x[a], side->at, along);
+            best.normal = side->normal;
+            best.distance = side->distance;
         }
     }
     return best;
 }
 
+/* does the face reach lower than the nearest point of its border, and where? */
+static bool reaches_lower(const Solid *solid, const Vec3 x[3], const SolidNearest *border,
+                          double w[3]) {
+    if (solid->kind == SOLID_SPHERE) {
+        return closest_on_triangle(vec3(0, 0, 0), x[0], x[1], x[2], w) == 7;
+    }
+    double fall = 0.0;
+    for (int k = 0; k < 3; k++) {
+        Vec3 to = vec3_sub(x[k], border->point);
+        fall = min2(fall, vec3_dot(border->normal, to) + SOLID_LEVEL * vec3_length(to));
+    }
+    return fall < 0.0 && search_face(solid, x, border->normal, w);
+}
+
 SolidNearest solid_nearest_on_triangle(const Solid *solid, const Vec3 x[3],
                                        const double distance[3], const Vec3 normal[3]) {
-    SolidNearest best;
-    if (solid->kind == SOLID_SPHERE) {
-        best.feature = closest_on_triangle(vec3(0, 0, 0), x[0], x[1], x[2], best.weight);
-    } else {
-        best = nearest_on_sides(solid, x, distance, normal);
-        double fall = 0.0, inside[3];
-        for (int k = 0; k < 3; k++) {
-            Vec3 to = vec3_sub(x[k], best.point);
-            fall = min2(fall, vec3_dot(best.normal, to) + SOLID_LEVEL * vec3_length(to));
-        }
-        if (fall >= 0.0 || !search_face(solid, x, best.normal, inside)) {
-            return best;
-        }
-        best.feature = 7;
-        memcpy(best.weight, inside, sizeof inside);
+    SolidNearest nearest = nearest_on_sides(solid, x, distance, normal);
+    double w[3], border = nearest.distance;
+    if (!reaches_lower(solid, x, &nearest, w)) {
+        return nearest;
     }
-    best.point = point_of(best.weight, x);
-    best.distance = solid_distance(solid, best.point, &best.normal);
-    return best;
+    nearest.feature = 7;
+    memcpy(nearest.weight, w, sizeof w);
+    nearest.point = point_of(w, x);
+    nearest.distance = solid_distance(solid, nearest.point, &nearest.normal);
+    nearest.lower = border - nearest.distance;
+    return nearest;
 }

@@ -1,0 +1,136 @@
+/* Contacts of sides and faces of cloth at solids: what cloth feels is continuous as it moves over an edge, so that
+ * it comes to rest there. */
+#include <string.h>
+
+#include "sim/contact/engine.h"
+#include "tests/support/check.h"
+#include "tests/support/cloths.h"
+#include "tests/support/play.h"
+#include "tests/support/strips.h"
+
+#define STEP 1e-4    /* [s] */
+#define NODES 9      /* along a side */
+#define SPACING 0.01 /* [m] */
+#define RADIUS 0.1   /* [m] of the arc that the cloth follows */
+#define OVER 0.4e-3  /* [m] of the arc over the edge: nodes there are near too */
+#define SAMPLES 4000 /* of a way of one spacing */
+#define LEAP 0.02    /* of the largest energy: 1 if a contact came or went */
+
+static double no_motion(void *owner) {
+    (void)owner;
+    return 0.0;
+}
+
+static void no_mark(void *owner) { (void)owner; }
+
+/* a cloth over a box that stands on an edge, whose opposite edge is the y axis */
+typedef struct Rig {
+    Bench bench;
+    Motion rest;
+    ContactObstacle box;
+    ContactDef def;
+    ContactMemory memory;
+    Lanes lanes;
+    int *slot;
+    unsigned char *held;
+    Contact *contact;
+} Rig;
+
+static void rig_make(Rig *r) {
+    memset(r, 0, sizeof *r);
+    double side = (NODES - 1) * SPACING;
+    r->bench.cloth =
+        cloths_rectangle(side, side, NODES, NODES, cloths_fabric(0.15, 1000.0, 0.3, 1e-5, 0.0));
+    r->bench.scene = cloths_scene(&r->bench.cloth);
+    bench_build(&r->bench, 0);
+    Arena *arena = &r->bench.arena;
+    double half = 0.05;
+    r->box = (ContactObstacle){.solid = {SOLID_BOX, {half, half, half}, 0.0},
+                               .start = pose_identity(),
+                               .motion = &r->rest};
+    r->box.start.turn = quat_from_axis_angle(vec3(0, 1, 0), 0.25 * PI);
+    r->box.start.shift = vec3(0, 0, -sqrt(2.0) * half);
+    r->def = r->bench.system.contact;
+    r->def.obstacle_count = 1;
+    r->def.obstacles = &r->box;
+    int count = r->def.vertex_count;
+    r->lanes = lanes_create(count, arena);
+    r->slot = arena_push(arena, int, count);
+    r->held = arena_push(arena, unsigned char, count);
+    r->memory = (ContactMemory){.poses = arena_push(arena, Pose, 1),
+                                .clocks = arena_push(arena, double, 1),
+                                .bristles = arena_push(arena, double, 3 * count),
+                                .pairs = arena_push(arena, PairMemory, 1)};
+    r->memory.poses[0] = r->box.start;
+    for (int i = 0; i < count; i++) {
+        r->slot[i] = i;
+    }
+    r->contact = contact_create(&r->def, arena);
+}
+
+/* [J] of the contacts where the cloth lies on the arc, turned by `yaw`, and has gone `shift` [m] along it */
+static double rig_energy(Rig *r, double shift, double yaw) {
+    ContactMotion motion = {no_motion, no_mark, no_motion, no_motion, NULL};
+    for (int i = 0; i < r->def.vertex_count; i++) {
+        double u = (i % NODES - NODES / 2) * SPACING, v = (i / NODES - NODES / 2) * SPACING;
+        double along = cos(yaw) * u - sin(yaw) * v + shift, angle = along / RADIUS;
+        r->lanes.x[0][i] = RADIUS * sin(angle);
+        r->lanes.x[1][i] = sin(yaw) * u + cos(yaw) * v;
+        r->lanes.x[2][i] = RADIUS * (cos(angle) - 1.0) + OVER;
+    }
+    contact_begin(r->contact, (ContactView){&r->lanes, r->slot, r->held, 1.0, motion, false},
+                  &r->memory, STEP);
+    return contact_energy(r->contact, STEP);
+}
+
+static void slide(double yaw) {
+    Rig r;
+    rig_make(&r);
+    double most = 0.0, leap = 0.0, before = rig_energy(&r, 0.0, yaw);
+    for (int k = 1; k <= SAMPLES; k++) {
+        double energy = rig_energy(&r, SPACING * k / SAMPLES, yaw);
+        most = fmax(most, energy);
+        leap = fmax(leap, fabs(energy - before));
+        before = energy;
+    }
+    assert_true(most > 0.0);
+    CHECK_AT_MOST(leap / most, LEAP);
+    arena_free(&r.bench.arena);
+}
+
+/* along its lines, across them, and at an angle at which the edge crosses all kinds of sides */
+static void test_slide(void **unused) {
+    (void)unused;
+    slide(0.0);
+    slide(0.3);
+    slide(0.25 * PI);
+}
+
+/* Sheets that hang over the edges of boxes, of widths at which contacts that leap keep them trembling. */
+static void test_rest(void **unused) {
+    (void)unused;
+    const double width[] = {0.092, 0.098, 0.101, 0.107, 0.11};
+    for (int k = 0; k < 10; k++) {
+        Play play;
+        char text[1000];
+        double box = width[k / 2];
+        snprintf(text, sizeof text,
+                 "toile: 1\nfilm: {rate: 30, seconds: 6}\ncloth:\n  sheet:\n    damping: 8 1/s\n"
+                 "    shape: {rectangle: {width: 20 cm, height: 20 cm}}\n"
+                 "    fabric: {name: f, weight: 150 g/m2, isotropic: {stretch: 1000 N/m,"
+                 " poisson: 0.3, bending: 1e-5 N m}}\n    nodes: 11 x 11\n    sides: %s\n"
+                 "    at: [0, 0, 5 mm]\nobstacles:\n"
+                 "  box: {box: {size: [%g m, %g m, 10 cm]}, at: [0, 0, -5 cm]}\n"
+                 "solver: {stepper: central}\n",
+                 k % 2 ? "bounded" : "free", box, box);
+        play_start(&play, text);
+        play_to(&play, 5.0);
+        CHECK_AT_MOST(play.sim.statistics.kinetic, 1e-9); /* [J] */
+        play_end(&play);
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_slide), cmocka_unit_test(test_rest)};
+    return cmocka_run_group_tests_name("touches", tests, NULL, NULL);
+}
