@@ -4,7 +4,7 @@
  * The same law as on the explicit road, so that both give the same gap and the same friction
  * (explicit.md 3, 7, 10.4): vertices at solids, every edge whose nearest point lies inside it (one
  * for a triangle would jump along a cylinder or a box edge), faces that come nearer than their
- * edges; vertex-face and edge-edge pairs of cloth, an edge-edge pair when both nearest points lie
+ * edges, both by contact_share_inside; vertex-face and edge-edge pairs of cloth, an edge-edge pair when both nearest points lie
  * inside, a vertex-face pair that is clamped to an edge or a vertex once. The law is contact_law with k = share m / reference_step^2.
  *
  * Gradient: -w_a (f n - friction) on vertex a. Stiffness (Gauss-Newton, positive semidefinite):

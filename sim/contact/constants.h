@@ -25,7 +25,7 @@
 #define CONTACT_STABLE_SCALED 1.95 /* the same with scaled inertia: waves at the limit are short */
 #define CONTACT_PARALLEL 0.01      /* sine^2 below which pairs of edges lose stiffness */
 
-/* of dhat: a side that is lower than its ends by less, or a face than its sides, loses stiffness */
+/* of dhat: a side that is nearer to a solid than its ends by less, or a face than its sides, loses stiffness */
 #define CONTACT_FADE 0.05
 
 #define CONTACT_FROZEN_SHARE 0.02 /* of dhat: motion of a vertex that leaves its normal */

@@ -29,6 +29,11 @@ double contact_law(double d, double dhat, double k, double *force, double *curva
     return k * tau * (dhat - tau) * log(tau / safe) + 0.5 * k * (dhat - tau) * (dhat - tau);
 }
 
+double contact_share_inside(double lower, double dhat) {
+    double g = lower / (CONTACT_FADE * dhat);
+    return g < 1.0 ? g * (2.0 - g) : 1.0;
+}
+
 Pose contact_pose(const ContactObstacle *obstacle, double clock) {
     return pose_compose(motion_pose(obstacle->motion, clock), obstacle->start);
 }

@@ -133,6 +133,10 @@ double contact_motion_end(const ContactObstacle *obstacle);
 /* Energy E [J], force -dE/dd [N] and stiffness [N/m] of the law above. */
 double contact_law(double distance, double dhat, double k, double *force, double *curvature);
 
+/* Share of the stiffness of a contact inside a side or a face at a solid, which is nearer by `lower` [m] than what
+ * bounds it. That is felt already, so what comes in addition must come without a leap. */
+double contact_share_inside(double lower, double dhat);
+
 /* ---- explicit road (the implicit one: barrier.h): begin, then per step: forces, kick,
  * clear, repel, guard, drift, drifted; end ---- */
 

@@ -244,6 +244,7 @@ static double find_side(Barrier *b, const Near *near, int p, int q, const double
     }
     Meeting m = touch_of(b, item, 2);
     m.foot = foot;
+    m.stiffness *= contact_share_inside(ends - foot.distance, item->dhat);
     memcpy(m.key, key, sizeof key);
     memcpy(m.place, place, sizeof place);
     tilt(near, &m, side);
@@ -276,6 +277,7 @@ static void find_triangle(Barrier *b, const Candidate *item, const double *x) {
     if (m.foot.distance >= sides - CONTACT_LEVEL * item->dhat) {
         return;
     }
+    m.stiffness *= contact_share_inside(sides - m.foot.distance, item->dhat);
     m.key[3] = item->obstacle;
     memcpy(m.key, item->place, 3 * sizeof *m.key);
     memcpy(m.place, item->place, 3 * sizeof *m.place);

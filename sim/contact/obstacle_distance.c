@@ -67,13 +67,6 @@ void obstacle_evaluate_vertex(Contact *c, const Points *x, Touch *touch) {
     set_touch(c, touch, v->distance, v->place, v->normal);
 }
 
-/* Share of the stiffness of what is lower by so much [m] than what bounds it: it must come without a leap where
- * a nearest point comes into it, since the other one is felt already. */
-static double share_of(double lower, double dhat) {
-    double g = lower / (CONTACT_FADE * dhat);
-    return g < 1.0 ? g * (2.0 - g) : 1.0;
-}
-
 /* side k of a triangle, if it is near; corners in the frame of the obstacle */
 static bool set_side(const Contact *c, const Touch *touch, const Vec3 place[3], int k,
                      const SolidSide *found) {
@@ -88,7 +81,7 @@ static bool set_side(const Contact *c, const Touch *touch, const Vec3 place[3], 
     SideTouch *out = &c->sides[side];
     out->at = touch->place[k] < touch->place[next] ? found->at : 1.0 - found->at;
     out->distance = found->distance;
-    out->share = share_of(found->lower, dhat);
+    out->share = contact_share_inside(found->lower, dhat);
     out->normal = frame_apply(f, found->normal);
     out->point = vec3_add(f->origin, frame_apply(f, point));
     return true;
@@ -103,7 +96,7 @@ static void set_nearest(const Contact *c, Touch *touch, const Vec3 place[3],
     }
     obstacle_forget_sides(c, touch, touch->sides & ~sides);
     touch->sides = sides;
-    touch->share = share_of(nearest->lower, c->def->vertex_distance[touch->place[0]]);
+    touch->share = contact_share_inside(nearest->lower, c->def->vertex_distance[touch->place[0]]);
     touch->feature = (short)nearest->feature;
     memcpy(touch->weight, nearest->weight, sizeof touch->weight);
     set_touch(c, touch, nearest->distance, nearest->point, nearest->normal);
