@@ -110,7 +110,7 @@ static void create_obstacles(Contact *c, Arena *arena) {
     c->due_counts = arena_push(arena, int, owners);
     c->spent_counts = arena_push(arena, int, owners);
     c->distances = arena_push(arena, VertexDistance, n * o);
-    c->sides = arena_push(arena, SideTouch, c->surface.edge_count * o);
+    obstacle_create_sides(c, arena);
     c->poses = arena_push(arena, Pose, o);
     c->frames = arena_push(arena, Frame, o);
     c->next = arena_push(arena, Pose, o);
@@ -304,15 +304,6 @@ static bool nothing_listed(const Contact *c) {
     return c->touch_count == 0 && c->lists.pair_count == 0;
 }
 
-/* what they kept; is any to be taken over from memory? */
-static void forget_sides(Contact *c, bool restored) {
-    int count = c->sides_rub ? c->surface.edge_count * c->def->obstacle_count : 0;
-    for (int k = 0; k < count; k++) {
-        c->sides[k].bristle = vec3(0, 0, 0);
-    }
-    c->sides_rub = restored;
-}
-
 void contact_begin(Contact *c, ContactView view, const ContactMemory *memory, double dt) {
     size_t o = (size_t)c->def->obstacle_count;
     c->view = view;
@@ -328,7 +319,7 @@ void contact_begin(Contact *c, ContactView view, const ContactMemory *memory, do
         c->weight_kept[i] = c->view.lanes->weight[c->view.slot[i]];
     }
     int touches = memory->touch_count;
-    forget_sides(c, touches > 0);
+    obstacle_begin_sides(c, touches > 0);
     memcpy(c->touch_memory, memory->pairs, (size_t)touches * sizeof *memory->pairs);
     c->touch_memory_count = touches;
     lists_clear(&c->lists, memory->pairs + touches, memory->pair_count - touches);

@@ -111,10 +111,11 @@ struct Contact {
     int *due_counts, *spent_counts; /* of chunks of groups */
     bool touches_asked;             /* these are known for the paths of now */
     VertexDistance *distances;      /* (vertex_count x obstacle_count) */
-    SideTouch *sides;               /* (edge_count of the surface x obstacle_count) */
-    bool sides_rub;                 /* does any of them have a bristle? */
-    Pose *poses, *next;             /* (obstacle_count) now; demanded at the end of the step */
-    Frame *frames;                  /* (obstacle_count) of poses */
+    SideTouch *sides; /* (side_count: edges of cloth x obstacle_count) where a solid is */
+    int side_count;
+    bool sides_rub;     /* does any of them have a bristle? */
+    Pose *poses, *next; /* (obstacle_count) now; demanded at the end of the step */
+    Frame *frames;      /* (obstacle_count) of poses */
     double *clocks, *next_clocks, *obstacle_speed;
     double *mesh_target;      /* [m] (places of meshes x 3) demanded at the end of the step */
     double *bristles;         /* [m] (vertex_count x obstacle_count x 3) */

@@ -77,6 +77,32 @@ bool obstacle_pushes(const Contact *c, const Touch *touch) {
 
 /* ---- sides ---- */
 
+/* edges are in the order of their first places, of which those of cloth come before those of meshes */
+static int cloth_edges(const Contact *c) {
+    int count = 0;
+    while (count < c->surface.edge_count &&
+           c->surface.edges[2 * (size_t)count] < c->def->vertex_count) {
+        count++;
+    }
+    return count;
+}
+
+void obstacle_create_sides(Contact *c, Arena *arena) {
+    bool solids = false;
+    for (int k = 0; k < c->def->obstacle_count; k++) {
+        solids = solids || !c->def->obstacles[k].mesh;
+    }
+    c->side_count = solids ? cloth_edges(c) * c->def->obstacle_count : 0;
+    c->sides = arena_push(arena, SideTouch, c->side_count);
+}
+
+void obstacle_begin_sides(Contact *c, bool remembered) {
+    for (int k = 0; k < c->side_count && c->sides_rub; k++) {
+        c->sides[k].bristle = vec3(0, 0, 0);
+    }
+    c->sides_rub = remembered;
+}
+
 static ContactForce side_force(const Contact *c, int side, double dt, double share) {
     SideTouch *s = &c->sides[side];
     const int *place = contact_side_places(c, side);

@@ -137,6 +137,9 @@ void obstacle_move(Contact *c, double dt);
 bool obstacle_pushes(const Contact *c,
                      const Touch *touch); /* one that is near: its vertex or face */
 double touch_friction(const Contact *c, const Touch *touch); /* mu */
+void obstacle_create_sides(Contact *c, Arena *arena);
+/* Sides have no bristles but those that are remembered, if any. */
+void obstacle_begin_sides(Contact *c, bool remembered);
 void obstacle_forces(Contact *c, double dt, double share);
 void obstacle_refresh(Contact *c, double dt);
 void obstacle_impulses(Contact *c, double dt);
