@@ -7,7 +7,8 @@
  * edges, both by contact_share_inside; vertex-face and edge-edge pairs of cloth, an edge-edge pair when both nearest points lie
  * inside, a vertex-face pair that is clamped to an edge or a vertex once. The law is contact_law with k = share m / reference_step^2.
  *
- * Gradient: -w_a (f n - friction) on vertex a. Stiffness (Gauss-Newton, positive semidefinite):
+ * Gradient: -w_a (f n - friction) on vertex a, with the shares of sides and faces held: their slopes would
+ * push a side and its ends apart, and the explicit road has none. Stiffness (Gauss-Newton, positive semidefinite):
  * w_a w_b S, S = f' n n' + friction. Blocks between vertices that the cloth couples are kept, all
  * others are lumped: |w_a w_b| S on both diagonal blocks, which majorises (contact.md 4). A face or
  * an edge at a round solid adds what its tilt does to the gap (contact.md 12.3):

@@ -165,6 +165,7 @@ static void find_vertices(Barrier *b, int obstacle, const double *x) {
                      .foot = {d, {1.0}, quat_rotate(pose.turn, normal)},
                      .dhat = def->vertex_distance[i],
                      .stiffness = stiffness_of(b, CONTACT_STIFFNESS, def->mass[i]),
+                     .share = 1.0,
                      .friction = obstacle_friction(b, obstacle, i)};
         meet(b, &m, x);
     }
@@ -215,7 +216,14 @@ static Meeting touch_of(const Barrier *b, const Candidate *item, int count) {
                      .first = count,
                      .dhat = item->dhat,
                      .stiffness = stiffness_of(b, CONTACT_STIFFNESS, mass),
+                     .share = 1.0,
                      .friction = obstacle_friction(b, item->obstacle, item->place[0])};
+}
+
+/* inside a side or a face, which is nearer than its border by `lower` [m] */
+static void fade(Meeting *m, double lower) {
+    m->share = contact_share_inside(lower, m->dhat);
+    m->stiffness *= m->share;
 }
 
 static Foot foot_of(const Near *near, const Vec3 y[3]) {
@@ -244,7 +252,7 @@ static double find_side(Barrier *b, const Near *near, int p, int q, const double
     }
     Meeting m = touch_of(b, item, 2);
     m.foot = foot;
-    m.stiffness *= contact_share_inside(ends - foot.distance, item->dhat);
+    fade(&m, ends - foot.distance);
     memcpy(m.key, key, sizeof key);
     memcpy(m.place, place, sizeof place);
     tilt(near, &m, side);
@@ -277,7 +285,7 @@ static void find_triangle(Barrier *b, const Candidate *item, const double *x) {
     if (m.foot.distance >= sides - CONTACT_LEVEL * item->dhat) {
         return;
     }
-    m.stiffness *= contact_share_inside(sides - m.foot.distance, item->dhat);
+    fade(&m, sides - m.foot.distance);
     m.key[3] = item->obstacle;
     memcpy(m.key, item->place, 3 * sizeof *m.key);
     memcpy(m.place, item->place, 3 * sizeof *m.place);
@@ -318,6 +326,7 @@ static void find_pair(Barrier *b, const Candidate *item, const double *x) {
                  .foot = {.distance = pair.distance, .normal = pair.normal},
                  .dhat = item->dhat,
                  .stiffness = stiffness_of(b, share * pair.soft, mass),
+                 .share = 1.0,
                  .friction = pair_friction(b, p)};
     memcpy(m.place, p, sizeof m.place);
     memcpy(m.foot.weight, pair.weight, sizeof m.foot.weight);

@@ -17,6 +17,7 @@ typedef struct Meeting {
     int obstacle, count, first; /* count corners, the first so many against the others */
     int place[4];
     double dhat, stiffness, friction; /* [m], k [N/m], mu */
+    double share;                     /* that k has of the law's */
     Foot foot;
     double energy, force, curvature; /* [J], [N], [N/m] */
     Vec3 carried;                    /* [m] motion of the obstacle there in this step */
