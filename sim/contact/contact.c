@@ -293,6 +293,7 @@ static bool become_quiet(Contact *c, double dt) {
     size_t o = (size_t)c->def->obstacle_count;
     lists_clear(&c->lists, NULL, 0);
     memset(c->bristles, 0, 3 * o * (size_t)c->def->vertex_count * sizeof *c->bristles);
+    obstacle_begin_sides(c, false);
     memset(c->group_touches, 0, (size_t)contact_owners(c) * sizeof *c->group_touches);
     resting_clear(&c->resting, contact_owners(c));
     c->touch_count = c->touch_end = c->touch_memory_count = 0;
