@@ -1,5 +1,6 @@
 #include "sim/contact/box_batch.h"
 
+#include <math.h>
 #include <string.h>
 
 static void clear(BoxBatch *batch) {
@@ -61,18 +62,21 @@ static int fill(BoxRows *rows, int count) {
     return vectors;
 }
 
-static SolidNearest found_at(BoxRows *rows, int k) {
-    SolidNearest found = {.feature = (int)rows->feature[k],
-                          .weight = {rows->weight[0][k], rows->weight[1][k], rows->weight[2][k]},
-                          .point = get(rows->point, k),
-                          .normal = get(rows->normal, k),
-                          .distance = rows->distance[k],
-                          .lower = rows->lower[k]};
-    for (int m = 0; m < 3; m++) {
-        found.side[m] = (SolidSide){rows->side_at[m][k], rows->side_distance[m][k],
-                                    rows->side_lower[m][k], get(rows->side_normal[m], k)};
+static void copy_found(BoxRows *rows, int k, SolidNearest *out) {
+    out->feature = (int)rows->feature[k];
+    for (int c = 0; c < 3; c++) {
+        out->weight[c] = rows->weight[c][k];
     }
-    return found;
+    out->point = get(rows->point, k), out->normal = get(rows->normal, k);
+    out->distance = rows->distance[k], out->lower = rows->lower[k];
+    for (int m = 0; m < 3; m++) {
+        SolidSide *side = &out->side[m];
+        side->distance = rows->side_distance[m][k];
+        if (side->distance < INFINITY) {
+            side->at = rows->side_at[m][k], side->lower = rows->side_lower[m][k];
+            side->normal = get(rows->side_normal[m], k);
+        }
+    }
 }
 
 void box_batch_corners(BoxBatch *batch, int k, Vec3 x[3]) {
@@ -97,8 +101,11 @@ int box_batch_solve(BoxBatch *batch) {
         batch->kernel(rows, fill(rows, count));
     }
     for (int k = 0; k < count; k++) {
-        bool within = rows->within[k] > 0.0;
-        batch->nearest[k] = within ? search_one(rows, k, batch->boxes[k]) : found_at(rows, k);
+        if (rows->within[k] > 0.0) {
+            batch->nearest[k] = search_one(rows, k, batch->boxes[k]);
+        } else {
+            copy_found(rows, k, &batch->nearest[k]);
+        }
     }
     clear(batch);
     return count;

@@ -111,7 +111,8 @@ struct Contact {
     int *due_counts, *spent_counts; /* of chunks of groups */
     bool touches_asked;             /* these are known for the paths of now */
     VertexDistance *distances;      /* (vertex_count x obstacle_count) */
-    SideTouch *sides; /* (side_count: edges of cloth x obstacle_count) where a solid is */
+    SideTouch *sides;    /* (side_count: edges of cloth x obstacle_count) where a solid is */
+    Vec3 *side_bristles; /* (side_count) */
     int side_count;
     bool sides_rub;     /* does any of them have a bristle? */
     Pose *poses, *next; /* (obstacle_count) now; demanded at the end of the step */

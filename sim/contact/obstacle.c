@@ -1,5 +1,6 @@
 /* obstacle.c: contact of cloth with convex solids on the explicit road (explicit.md 3, 4, 10.1). */
 #include <math.h>
+#include <string.h>
 
 #include "sim/base/parallel.h"
 #include "sim/contact/force.h"
@@ -94,26 +95,27 @@ void obstacle_create_sides(Contact *c, Arena *arena) {
     }
     c->side_count = solids ? cloth_edges(c) * c->def->obstacle_count : 0;
     c->sides = arena_push(arena, SideTouch, c->side_count);
+    c->side_bristles = arena_push(arena, Vec3, c->side_count);
 }
 
 void obstacle_begin_sides(Contact *c, bool remembered) {
-    for (int k = 0; k < c->side_count && c->sides_rub; k++) {
-        c->sides[k].bristle = vec3(0, 0, 0);
+    if (c->sides_rub) {
+        memset(c->side_bristles, 0, (size_t)c->side_count * sizeof *c->side_bristles);
     }
     c->sides_rub = remembered;
 }
 
 static ContactForce side_force(const Contact *c, int side, double dt, double share) {
-    SideTouch *s = &c->sides[side];
+    const SideTouch *s = &c->sides[side];
     const int *place = contact_side_places(c, side);
     int obstacle = side % c->def->obstacle_count;
     double mass = surface_panel(&c->surface, place[0])->mass;
     double mu = obstacle_friction(c, obstacle, place[0]);
     Vec3 carried = contact_carried(c, obstacle, s->point, dt);
     Vec3 v = contact_point_velocity(c, 2, place, (double[]){1.0 - s->at, s->at});
-    ContactForce force = contact_solid_force(s->share * c->at_solids.share, s->distance,
-                                             c->def->vertex_distance[place[0]], mass, mu, s->normal,
-                                             vec3_sub(v, carried), dt, share, &s->bristle);
+    ContactForce force = contact_solid_force(
+        s->share * c->at_solids.share, s->distance, c->def->vertex_distance[place[0]], mass, mu,
+        s->normal, vec3_sub(v, carried), dt, share, &c->side_bristles[side]);
     force.carried = carried;
     return force;
 }

@@ -114,7 +114,7 @@ bool obstacle_search(Contact *c, double dt) {
 void obstacle_forget_sides(const Contact *c, Touch *touch, unsigned sides) {
     for (int k = 0; k < 3; k++) {
         if (sides & 1U << k) {
-            c->sides[contact_side(c, touch, k)].bristle = vec3(0, 0, 0);
+            c->side_bristles[contact_side(c, touch, k)] = vec3(0, 0, 0);
         }
     }
     touch->sides &= ~sides;
@@ -152,7 +152,7 @@ static void restore_bristles(const Contact *c, Touch *touch) {
         int side = contact_side(c, touch, k);
         if (side >= 0) {
             side_key(c, side, key.place);
-            touch->sides |= restore(c, &key, &c->sides[side].bristle) ? 1U << k : 0U;
+            touch->sides |= restore(c, &key, &c->side_bristles[side]) ? 1U << k : 0U;
         }
     }
 }
@@ -527,7 +527,7 @@ static void remember_triangle(const Contact *c, const Touch *touch, Remembered *
         if (touch->sides & 1U << k) {
             int side = contact_side(c, touch, k);
             side_key(c, side, r->memory[r->count].place);
-            remember(r, c->sides[side].bristle);
+            remember(r, c->side_bristles[side]);
         }
     }
 }
