@@ -76,14 +76,16 @@ static bool set_side(const Contact *c, const Touch *touch, const Vec3 place[3], 
         return false;
     }
     const Frame *f = &c->frames[touch->obstacle];
-    Vec3 at = vec3_axpy(place[k], found->at, vec3_sub(place[next], place[k]));
-    Vec3 point = vec3_axpy(at, -found->distance, found->normal);
     SideTouch *out = &c->sides[side];
     out->at = touch->place[k] < touch->place[next] ? found->at : 1.0 - found->at;
     out->distance = found->distance;
     out->share = contact_share_inside(found->lower, dhat);
     out->normal = frame_apply(f, found->normal);
-    out->point = vec3_add(f->origin, frame_apply(f, point));
+    if (c->def->obstacles[touch->obstacle].moves) {
+        Vec3 at = vec3_axpy(place[k], found->at, vec3_sub(place[next], place[k]));
+        Vec3 point = vec3_axpy(at, -found->distance, found->normal);
+        out->point = vec3_add(f->origin, frame_apply(f, point));
+    }
     return true;
 }
 

@@ -37,7 +37,7 @@ typedef struct Touch {
 typedef struct SideTouch {
     double at, distance; /* share of the way from its first vertex; [m] */
     double share;        /* of the stiffness */
-    Vec3 normal, point;
+    Vec3 normal, point;  /* point: at solids that move */
 } SideTouch;
 
 /* A group at an obstacle: the same rules as for a GroupPair. What every step asks stands first. */
