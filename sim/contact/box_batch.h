@@ -20,10 +20,10 @@ typedef struct BoxRows {
     BoxRow height[3];       /* [m] in: distances of them */
     BoxRow up[3][3];        /* in: normals there */
     BoxRow core[3], radius; /* [m] in: of the box, half its size without the rounding */
-    BoxRow weight[3], point[3], normal[3], distance;                       /* out */
-    BoxRow feature;                                                        /* out: a whole number */
-    BoxRow lower;                                                          /* [m] out */
-    BoxRow side_at[3], side_distance[3], side_lower[3], side_normal[3][3]; /* out */
+    BoxRow weight[3], point[3], normal[3], distance; /* out: of the nearest point */
+    BoxRow feature, lower;                           /* out: a whole number; [m] */
+    /* out: of the sides; nothing else is said of one whose distance is infinite */
+    BoxRow side_at[3], side_distance[3], side_lower[3], side_normal[3][3];
     BoxRow within; /* out: 1 where a side ends within the core, of which nothing is said */
     /* in: is there a triangle across the border of a core? Below and above zero, along each axis */
     bool across[3][2];

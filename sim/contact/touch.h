@@ -11,9 +11,8 @@
 #include "sim/contact/box_batch.h"
 #include "sim/contact/contact.h"
 
-/* A vertex (place[1] < 0) or a triangle at an obstacle. Vertices, faces and sides push; triangles have the planes
- * that part them. What every step asks of a vertex over a flat
- * face lies in one cache line. */
+/* A vertex (place[1] < 0) or a triangle at an obstacle. Vertices push, and sides and faces of triangles; their
+ * planes part them from it. What every step asks of a vertex over a flat face lies in one cache line. */
 typedef struct Touch {
     _Alignas(ARENA_ALIGNMENT) int obstacle;
     int place[3];
@@ -30,10 +29,11 @@ typedef struct Touch {
     Vec3 bristle; /* of a face */
     double share; /* of the stiffness of a face */
     int triangle;
-    unsigned sides; /* bit k: the side from corner k on is near, and first of this triangle */
+    unsigned sides; /* bit k: the side from corner k on is near, and found here */
 } Touch;
 
-/* The nearest point of an edge of the surface at an obstacle, where it lies inside. */
+/* The nearest point of an edge of the surface at an obstacle, where it lies inside: found with the first triangle
+ * that has the edge. */
 typedef struct SideTouch {
     double at, distance; /* share of the way from its first vertex; [m] */
     double share;        /* of the stiffness */
