@@ -145,7 +145,7 @@ static bool restore(const Contact *c, const PairMemory *key, Vec3 *bristle) {
 }
 
 static void restore_bristles(const Contact *c, Touch *touch) {
-    PairMemory key;
+    PairMemory key = {0};
     touch_key(touch, key.place);
     restore(c, &key, &touch->bristle);
     for (int k = 0; k < 3 && touch->place[1] >= 0; k++) {
