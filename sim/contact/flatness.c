@@ -27,13 +27,8 @@ static void place_group(const Surface *surface, int g, SlopeRows *rows, int at) 
     const SurfacePanel *panel = &surface->panels[group->panel];
     int cells[2] = {quiet_blocks_cells(panel, group->block, 0),
                     quiet_blocks_cells(panel, group->block, 1)};
-    rows->cells[0][at] = cells[0], rows->cells[1][at] = cells[1];
-    for (int k = 0; k < SLOPE_NODES; k++) {
-        int i = group->block[0] * SURFACE_BLOCK + (k < cells[0] ? k : cells[0]);
-        int j = group->block[1] * SURFACE_BLOCK + (k < cells[1] ? k : cells[1]);
-        rows->column[k][at] = i < panel->nu ? i : i - panel->nu;
-        rows->row[k][at] = j * panel->nu;
-    }
+    int first[2] = {group->block[0] * SURFACE_BLOCK, group->block[1] * SURFACE_BLOCK};
+    slope_rows_place(rows, at, panel, first, cells);
 }
 
 /* up to SLOPE_BATCH groups of one panel */
@@ -48,14 +43,8 @@ static void fit_batch(const Flatness *f, const Surface *surface, const Points *x
         place_group(surface, groups[k < count ? k : 0], &rows, k);
     }
     f->kernel->fit(&nodes, &rows);
-    const SlopeValues *found = &rows.slopes;
-    const SlopeRow *u = found->mean[0], *v = found->mean[1], *n = found->normal;
     for (int k = 0; k < count; k++) {
-        f->slopes[groups[k]] =
-            (Slopes){.mean = {{u[0][k], u[1][k], u[2][k]}, {v[0][k], v[1][k], v[2][k]}},
-                     .normal = {n[0][k], n[1][k], n[2][k]},
-                     .flat = found->flat[k],
-                     .steep = found->steep[k]};
+        f->slopes[groups[k]] = slope_values_at(&rows.slopes, k);
     }
 }
 

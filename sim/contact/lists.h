@@ -134,9 +134,6 @@ double pair_bound(const Points *points, const Pair *pair);
  * (low, high), or -1 and two vertices, the same from either side. */
 void pair_twin_key(const Pair *pair, int key[3]);
 
-/* Least and largest of the corners in a feature (closest.h); returns how many it has. */
-int feature_ends(int feature, const int corner[3], int *low, int *high);
-
 /* [m] contact distance of neighbours: on scattered nodes less than they are apart at rest. */
 double pair_rest_limit(const SurfacePanel *panel, const Pair *pair, double dhat);
 

@@ -49,7 +49,8 @@ double pair_bound(const Points *points, const Pair *pair) {
                                    : min2(height[0], height[1]) - max2(height[2], height[3]);
 }
 
-int feature_ends(int feature, const int corner[3], int *low, int *high) {
+/* Least and largest of the corners in a feature (closest.h); returns how many it has. */
+static int feature_ends(int feature, const int corner[3], int *low, int *high) {
     int count = 0;
     *low = INT_MAX, *high = -1;
     for (int k = 0; k < 3; k++) {

@@ -64,14 +64,6 @@ static void batch_begin(Batch *batch, const QuietView *view, int panel) {
     }
 }
 
-static Slopes slopes_at(const SlopeValues *from, int k) {
-    const SlopeRow *u = from->mean[0], *v = from->mean[1], *n = from->normal;
-    return (Slopes){.mean = {{u[0][k], u[1][k], u[2][k]}, {v[0][k], v[1][k], v[2][k]}},
-                    .normal = {n[0][k], n[1][k], n[2][k]},
-                    .flat = from->flat[k],
-                    .steep = from->steep[k]};
-}
-
 static void slopes_put(SlopeValues *to, int k, const Slopes *from) {
     for (int a = 0; a < 2; a++) {
         to->mean[a][0][k] = from->mean[a].x, to->mean[a][1][k] = from->mean[a].y;
@@ -92,7 +84,7 @@ static void batch_end(Batch *batch) {
         SlopeRow *low = rows->low, *high = rows->high;
         *batch->blocks[k] = (QuietBlock){
             .place = {{low[0][k], low[1][k], low[2][k]}, {high[0][k], high[1][k], high[2][k]}},
-            .slopes = slopes_at(&rows->slopes, k),
+            .slopes = slope_values_at(&rows->slopes, k),
         };
     }
     batch->count = 0;
@@ -101,15 +93,9 @@ static void batch_end(Batch *batch) {
 /* a rectangle of cells, at most SURFACE_BLOCK along each side */
 static void batch_add(Batch *batch, const int first[2], const int cells[2], QuietBlock *block) {
     const SurfacePanel *panel = &batch->view->surface->panels[batch->panel];
-    SlopeRows *rows = &batch->rows;
     int at = batch->count++;
     batch->blocks[at] = block;
-    rows->cells[0][at] = cells[0], rows->cells[1][at] = cells[1];
-    for (int k = 0; k < SLOPE_NODES; k++) {
-        int i = first[0] + (k < cells[0] ? k : cells[0]);
-        rows->column[k][at] = i < panel->nu ? i : i - panel->nu;
-        rows->row[k][at] = (first[1] + (k < cells[1] ? k : cells[1])) * panel->nu;
-    }
+    slope_rows_place(&batch->rows, at, panel, first, cells);
     if (batch->count == SLOPE_BATCH) {
         batch_end(batch);
     }
@@ -188,7 +174,7 @@ void quiet_blocks_join(const SlopeKernel *kernel, const Slopes *part[][SLOPE_PAR
     }
     kernel->join(&join);
     for (int k = 0; k < SLOPE_BATCH; k++) {
-        *all[k] = slopes_at(&join.all, k);
+        *all[k] = slope_values_at(&join.all, k);
     }
 }
 

@@ -4,6 +4,7 @@
 #define TOILE_CONTACT_SLOPE_BATCH_H
 
 #include "sim/base/vector.h"
+#include "sim/contact/slopes.h"
 #include "sim/contact/surface.h"
 
 #define SLOPE_BATCH 8                   /* blocks: the widest vector */
@@ -34,6 +35,26 @@ typedef struct SlopeRows {
     SlopeRow low[3], high[3]; /* [m] out: box of the nodes */
     SlopeValues slopes;       /* out */
 } SlopeRows;
+
+/* Column `at` is that rectangle of cells of a lattice, at most SURFACE_BLOCK along each side. */
+static inline void slope_rows_place(SlopeRows *rows, int at, const SurfacePanel *panel,
+                                    const int first[2], const int cells[2]) {
+    rows->cells[0][at] = cells[0], rows->cells[1][at] = cells[1];
+    for (int k = 0; k < SLOPE_NODES; k++) {
+        int i = first[0] + (k < cells[0] ? k : cells[0]);
+        rows->column[k][at] = i < panel->nu ? i : i - panel->nu;
+        rows->row[k][at] = (first[1] + (k < cells[1] ? k : cells[1])) * panel->nu;
+    }
+}
+
+/* of block k */
+static inline Slopes slope_values_at(const SlopeValues *from, int k) {
+    const SlopeRow *u = from->mean[0], *v = from->mean[1], *n = from->normal;
+    return (Slopes){.mean = {{u[0][k], u[1][k], u[2][k]}, {v[0][k], v[1][k], v[2][k]}},
+                    .normal = {n[0][k], n[1][k], n[2][k]},
+                    .flat = from->flat[k],
+                    .steep = from->steep[k]};
+}
 
 #define SLOPE_PARTS 4 /* of a block of the next coarser level */
 
