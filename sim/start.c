@@ -75,17 +75,48 @@ static bool check_cloth(const System *system, const CrossingMesh *cloth, Arena *
         b.material[1]);
 }
 
-static bool check_depth(const System *system, const PushOut *out, Error *error) {
+/* the vertex that is deepest in a solid */
+typedef struct Deepest {
+    int place, obstacle;
+    double depth; /* [m] 0: none is inside */
+} Deepest;
+
+static Deepest find_deepest(const System *system, const State *state) {
+    Deepest deepest = {0};
+    for (int o = 0; o < system->contact.obstacle_count; o++) {
+        const ContactObstacle *obstacle = &system->contact.obstacles[o];
+        for (int i = 0; i < system->place_count && !obstacle->mesh; i++) {
+            Vec3 normal, p = pose_unapply(state->contact.poses[o], vec3_load(state->x + 3 * i));
+            double depth = -solid_distance(&obstacle->solid, p, &normal);
+            if (depth > deepest.depth) {
+                deepest = (Deepest){i, o, depth};
+            }
+        }
+    }
+    return deepest;
+}
+
+/* `deepest`: before cloth was moved out. What pierces it flies far when that is tried, which says nothing. */
+static bool check_depth(const System *system, const Deepest *deepest, const PushOut *out,
+                        Error *error) {
     double most = MOST_DEPTH * system->contact.distance;
     if (out->way <= most) {
         return true;
     }
-    Spot spot = spot_of(system, out->farthest);
-    return error_set(error, EXIT_BAD_INPUT,
-                     "%s: cloth '%s' starts inside obstacles: at (%.4g, %.4g) m of its panel it "
-                     "would have to move by %.3g mm; toile moves it by at most %.3g mm",
-                     system->scene->path, spot.cloth, spot.material[0], spot.material[1],
-                     1e3 * out->way, 1e3 * most);
+    Spot spot = spot_of(system, deepest->depth > 0.0 ? deepest->place : out->farthest);
+    if (deepest->depth > 0.0) {
+        return error_set(
+            error, EXIT_BAD_INPUT,
+            "%s: cloth '%s' starts inside obstacle '%s', %.3g mm deep at (%.4g, %.4g) m "
+            "of its panel; toile moves cloth out by at most %.3g mm",
+            system->scene->path, spot.cloth, system->scene->obstacles[deepest->obstacle].name,
+            1e3 * deepest->depth, spot.material[0], spot.material[1], 1e3 * most);
+    }
+    return error_set(
+        error, EXIT_BAD_INPUT,
+        "%s: cloth '%s' is pierced by an obstacle at the start, near (%.4g, %.4g) m of "
+        "its panel; to move it out would take more than %.3g mm",
+        system->scene->path, spot.cloth, spot.material[0], spot.material[1], 1e3 * most);
 }
 
 /* cloth that crosses cloth is pulled apart, as far as that goes */
@@ -105,6 +136,7 @@ bool start_make_legal(const System *system, State *state, StartMoves *moves, Err
     Arena scratch = {0};
     unsigned char *held = arena_push(&scratch, unsigned char, system->place_count);
     system_mark_held(system, 0.0, held);
+    Deepest deepest = find_deepest(system, state);
     PushOut out = push_out(&system->contact, state->contact.poses, held, state->x);
     moves->pushed_out = out.moved;
     moves->untangled = 0;
@@ -117,7 +149,7 @@ bool start_make_legal(const System *system, State *state, StartMoves *moves, Err
         }
     }
     CrossingMesh cloth = system_mesh(system, state->x, &scratch);
-    bool ok = check_depth(system, &out, error) &&
+    bool ok = check_depth(system, &deepest, &out, error) &&
               check_obstacles(system, state, &cloth, &scratch, error) &&
               (!system->contact.self || check_cloth(system, &cloth, &scratch, error));
     arena_free(&scratch);

@@ -30,7 +30,7 @@ double contact_law(double d, double dhat, double k, double *force, double *curva
 }
 
 double contact_share_inside(double lower, double dhat) {
-    double g = lower / (CONTACT_FADE * dhat);
+    double g = max2(0.0, lower) / (CONTACT_FADE * dhat); /* rounding may put it above */
     return g < 1.0 ? g * (2.0 - g) : 1.0;
 }
 

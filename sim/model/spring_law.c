@@ -175,7 +175,7 @@ double spring_tension(const SpringKind *kind, double length, double *slope) {
         *slope = 20.0 * kind->fifth / (kind->rest * kind->rest) * pow(-d, 3.0);
         return 5.0 * kind->fifth / kind->rest * pow(-d, 4.0);
     }
-    if (d <= kind->onset) {
+    if (!(d > kind->onset)) { /* also what is no number: there may be no law */
         *slope = kind->stiffness + (-d > kind->limit ? kind->stiffen : 0.0);
         return kind->stiffness * stretch + kind->stiffen * beyond_limit(kind, d);
     }

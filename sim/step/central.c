@@ -188,6 +188,12 @@ static bool say_why(const System *system, const Central *central, const State *s
                          "t = %g s on",
                          name, shortest, state->time);
     }
+    if (!result->finite) {
+        return error_set(
+            error, EXIT_DIFFERS,
+            "%s: no step down to %.2g s keeps the cloth from bursting, from t = %g s on", name,
+            shortest, state->time);
+    }
     return error_set(error, EXIT_DIFFERS,
                      "%s: no step down to %.2g s keeps the energy from t = %g s on (it rose by "
                      "%.3g J more than the work done)",
