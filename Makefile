@@ -121,17 +121,20 @@ help:
 setup:
 	@scripts/setup.sh
 
+# a new user's first build takes every processor, unless make was told how many
+PARALLEL = $(if $(filter -j% --jobserver%,$(MAKEFLAGS)),,-j$(shell nproc))
+
 demo: setup
-	@$(MAKE) --no-print-directory all
+	@$(MAKE) --no-print-directory $(PARALLEL) all
 	@mkdir -p build/demo
 	scripts/toile film assets/scenes/sleeve.yaml -o build/demo/sleeve.mp4
 	scripts/toile sheet build/demo/sleeve.run -o build/demo/sleeve.png
 
 test: setup
-	@$(MAKE) --no-print-directory unit
+	@$(MAKE) --no-print-directory $(PARALLEL) unit
 
 T ?= *
-unit: all $(TESTS)
+unit: all $(filter $(BUILD)/tests/test_$(subst *,%,$(T)),$(TESTS))
 	@scripts/run_tests.sh $(BUILD)/tests/test_$(T)
 
 check: layers format-check lint determinism test

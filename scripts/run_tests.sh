@@ -26,5 +26,6 @@ for program in "$@"; do
     [ "$bad" -eq 0 ] || cat "$log"
 done
 rm -f "$log"
+[ $((passed + failed)) -gt 0 ] || echo "run_tests: no test program is called $*" >&2
 echo "$passed passed, $failed failed"
 [ "$failed" -eq 0 ] && [ "$passed" -gt 0 ]
