@@ -13,7 +13,8 @@ int main(int argc, char **argv) {
     if (error.code != EXIT_OK) {
         fprintf(stderr, "toile: %s\n", error.text);
     }
-    if (fflush(stdout) != 0 && code == EXIT_OK) {
+    if ((fflush(stdout) != 0 || ferror(stdout)) && code == EXIT_OK) {
+        fprintf(stderr, "toile: stdout could not be written\n");
         code = EXIT_IO;
     }
     return code;

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Simulates Breen's cloths on the cube with several seeds and counts what stands off at its corners.
 
     breen.py [FOLDER] [SEEDS]      default: build/breen, 5; 3 minutes, what is there is not done again

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Plots run time against error from results.csv: cantilever and swing, and the master curve of
 the cantilever by all models; each as .png and .svg."""
 import csv

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Draws what a virtual tester found beside what the fabric says.
 
     toile test NAME FABRIC -o FILE.png|svg|pdf [--model NAME] [--json]

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Reads states files (RUN/run.states) with numpy; written from the comment in sim/state/state.h.
 
     read_states.py RUN              what is in it

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Run time against error on your own scene: models, nodes, steppers and steps side by side.
 
     toile study SCENE [-o FOLDER] [options]

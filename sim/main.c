@@ -71,7 +71,8 @@ enum {
     OPT_QUIET,
     OPT_PROGRESS,
     OPT_EFFECTIVE,
-    OPT_MODEL
+    OPT_MODEL,
+    OPT_HELP
 };
 
 static const struct option long_options[] = {
@@ -86,8 +87,53 @@ static const struct option long_options[] = {
     {"progress", required_argument, NULL, OPT_PROGRESS},
     {"effective", no_argument, NULL, OPT_EFFECTIVE},
     {"model", required_argument, NULL, OPT_MODEL},
+    {"help", no_argument, NULL, OPT_HELP},
     {0},
 };
+
+/* what the value of an option may be */
+static const char *expected(int option) {
+    switch (option) {
+    case OPT_FRAMES:
+        return "a whole number from 1";
+    case OPT_THREADS:
+        return "a whole number from 1 to 1024";
+    case OPT_SEED:
+        return "a whole number from 0";
+    case OPT_PROGRESS:
+        return "auto, json or none";
+    case OPT_MODEL:
+        return "a model; see toile help models";
+    default:
+        return "a value";
+    }
+}
+
+/* why getopt_long or take_option did not take an option: `word` is the last that was read */
+static int option_error(int option, const char *word) {
+    if (option == ':') {
+        return usage_error("a value is missing after", word);
+    }
+    if (option != '?') {
+        fprintf(stderr, "toile: '%s': expected %s\n", word, expected(option));
+        return EXIT_USAGE;
+    }
+    if (optopt >= OPT_RESUME) {
+        return usage_error("an option takes no value", word);
+    }
+    const char *names[sizeof long_options / sizeof *long_options];
+    int count = 0;
+    while (long_options[count].name) {
+        names[count] = long_options[count].name;
+        count++;
+    }
+    names[count] = NULL;
+    const char *near = optopt ? NULL : text_nearest(word + 2, names);
+    fprintf(stderr, "toile: no option is called '%s'%s%s%s\n", word,
+            near ? "; did you mean '--" : "; see toile-sim --help", near ? near : "",
+            near ? "'?" : "");
+    return EXIT_USAGE;
+}
 
 static bool take_option(int option, Arguments *a) {
     long number;
@@ -399,14 +445,24 @@ int main(int argc, char **argv) {
     struct sigaction action = {.sa_handler = on_interrupt};
     sigaction(SIGINT, &action, NULL);
     sigaction(SIGTERM, &action, NULL);
-    for (int option; (option = getopt_long(argc, argv, "o:", long_options, NULL)) != -1;) {
-        if (option == '?' || !take_option(option, &arguments)) {
-            return usage_error("wrong option or value", option == '?' ? NULL : argv[optind - 1]);
+    opterr = 0;
+    for (int option; (option = getopt_long(argc, argv, ":o:h", long_options, NULL)) != -1;) {
+        if (option == 'h' || option == OPT_HELP) {
+            print_usage(stdout);
+            return EXIT_OK;
+        }
+        if (option == '?' || option == ':' || !take_option(option, &arguments)) {
+            return option_error(option, argv[optind - 1]);
         }
     }
     if (optind >= argc) {
         print_usage(stderr);
         return EXIT_USAGE;
     }
-    return dispatch(argv[optind], argv + optind + 1, argc - optind - 1, &arguments);
+    int code = dispatch(argv[optind], argv + optind + 1, argc - optind - 1, &arguments);
+    if (fflush(stdout) != 0 || ferror(stdout)) {
+        fprintf(stderr, "toile: stdout could not be written\n");
+        return code == EXIT_OK ? EXIT_IO : code;
+    }
+    return code;
 }

@@ -136,9 +136,17 @@ static void print_contact(const Sim *sim, FILE *out) {
             100.0 * t->search_seconds / fmax(t->seconds, 1e-9));
 }
 
+/* gap: [m] INFINITY: nothing was near */
+static void print_gap(const char *what, double gap, FILE *out) {
+    if (isfinite(gap)) {
+        fprintf(out, "%s %.3g mm", what, 1e3 * gap);
+    } else {
+        fprintf(out, "%s: none was near", what);
+    }
+}
+
 void plan_print_summary(const Sim *sim, FILE *out, bool json) {
     const Statistics *t = &sim->total;
-    const char *gap = isfinite(t->smallest_gap) ? "" : "no contact";
     if (json) {
         fprintf(out,
                 "{\"schema\": \"toile-sim-1\", \"frames\": %d, \"stepper\": \"%s\", \"steps\": "
@@ -153,16 +161,12 @@ void plan_print_summary(const Sim *sim, FILE *out, bool json) {
     fprintf(out, "sim: taken back %.0f, factorisations %.0f, work of handles %.3g J\n", t->retries,
             t->factorisations, t->work);
     if (sim->system.contact.obstacle_count > 0) {
-        fprintf(out, "sim: smallest gap to an obstacle ");
-        if (*gap) {
-            fprintf(out, "(%s)", gap);
-        } else {
-            fprintf(out, "%.3g mm", 1e3 * t->smallest_gap);
-        }
+        print_gap("sim: smallest gap to an obstacle", t->smallest_gap, out);
         fprintf(out, ", lag %.2g s\n", t->lag);
     }
     if (sim->system.contact.self) {
-        fprintf(out, "sim: smallest gap of cloth to cloth %.3g mm\n", 1e3 * t->smallest_self_gap);
+        print_gap("sim: smallest gap of cloth to cloth", t->smallest_self_gap, out);
+        fputc('\n', out);
     }
     if (system_has_contact(&sim->system)) {
         print_contact(sim, out);

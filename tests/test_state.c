@@ -201,6 +201,12 @@ static void test_follow_and_resume(void **unused) {
     fclose(file);
     writer = state_append(path, 1, NULL);
     assert_non_null(writer);
+    /* nobody else writes meanwhile, nor empties it */
+    Error error = {0};
+    assert_null(state_create(path, &error));
+    assert_int_equal(error.code, EXIT_IO);
+    assert_non_null(strstr(error.text, "another process is writing it"));
+    assert_null(state_append(path, 1, NULL));
     write_frame(writer, 2);
     assert_true(state_write_done(writer, "end", NULL));
     assert_true(state_close(writer, NULL));

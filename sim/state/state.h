@@ -159,11 +159,11 @@ typedef struct StateFrame {
 
 typedef struct StateWriter StateWriter;
 
-/* Starts a new file (an existing one is replaced). Errors: EXIT_IO. */
+/* Starts a new file (an existing one is replaced). Errors: EXIT_IO, also when another process is writing it. */
 StateWriter *state_create(const char *path, Error *error);
 
 /* Opens an existing file to go on after its last whole frame: cuts off a torn record and a
- * DONE record, and every frame after `last_frame`. Errors: as state_open. */
+ * DONE record, and every frame after `last_frame`. Errors: as state_open and state_create. */
 StateWriter *state_append(const char *path, int last_frame, Error *error);
 
 bool state_write_header(StateWriter *writer, const StateHeader *header, Error *error);

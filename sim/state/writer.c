@@ -4,6 +4,7 @@
 #include <fcntl.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/file.h>
 #include <unistd.h>
 
 #include "sim/state/film_record.h"
@@ -34,10 +35,16 @@ static bool write_all(StateWriter *writer, const void *data, size_t bytes, Error
     return true;
 }
 
+/* Two writers of one file would tear it; where a file system knows no locks, that is left to the user. */
 static StateWriter *writer_open(const char *path, int flags, Error *error) {
     int file = open(path, flags | O_CLOEXEC, 0644);
     if (file < 0) {
         error_set_errno(error, EXIT_IO, "cannot write %s", path);
+        return NULL;
+    }
+    if (flock(file, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+        error_set(error, EXIT_IO, "cannot write %s: another process is writing it", path);
+        close(file);
         return NULL;
     }
     Arena arena = {0};
@@ -48,8 +55,13 @@ static StateWriter *writer_open(const char *path, int flags, Error *error) {
 }
 
 StateWriter *state_create(const char *path, Error *error) {
-    StateWriter *writer = writer_open(path, O_WRONLY | O_CREAT | O_TRUNC, error);
+    StateWriter *writer = writer_open(path, O_WRONLY | O_CREAT, error);
     if (!writer) {
+        return NULL;
+    }
+    if (ftruncate(writer->file, 0) != 0) {
+        error_set_errno(error, EXIT_IO, "cannot empty %s", path);
+        state_close(writer, NULL);
         return NULL;
     }
     unsigned char head[RECORD_FILE_HEAD] = RECORD_MAGIC;
