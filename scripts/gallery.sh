@@ -22,14 +22,13 @@ film() { # SCENE NAME OPTIONS...
     $toile render "$runs/$scene" -o "$out/$name.mp4" --size 640x360 --force --quiet "$@"
 }
 
-for scene in chiffon tablecloth flag cape skirt breen-cotton breen-polycotton; do run "$scene"; done
+for scene in sleeve chiffon tablecloth flag cape skirt breen-cotton breen-polycotton; do run "$scene"; done
+still sleeve sleeve 105
 still chiffon chiffon 70
 still chiffon strain 80 --camera top --look strain-warp --show-scale --title "Silk on a ball" --show-time
 still chiffon tartan-splats 60 --camera flight --look tartan --surface splats
 still tablecloth gingham 33 --look gingham
-still tablecloth double-face 40 --look double-face
 still flag breton 54 --look breton
-still flag denim 50 --look denim
 still cape suiting 60 --look suiting
 still cape curvature 60 --look curvature
 still skirt skirt 209 --look suiting

@@ -14,7 +14,7 @@ static Cost estimate(const Sim *sim) {
     const SolverDef *solver = &sim->scene->solver;
     double duration = (sim->scene->film.frame_count - 1) / sim->scene->film.rate;
     bool implicit = sim->stepper->implicit;
-    Cost cost = {.megabytes = 2.0 + 8e-6 * (double)sim->arena.bytes_peak / 8.0};
+    Cost cost = {.megabytes = 2.0 + 1e-6 * (double)sim->arena.bytes_peak};
     double stable = sim->stepper->scales ? system_scaled_step(system) : system_stable_step(system);
     double limit = implicit ? CHOOSE_IMPLICIT_STEP : solver->courant * stable;
     bool given = solver->step > 0.0;
@@ -29,10 +29,12 @@ static Cost estimate(const Sim *sim) {
 
 static void print_skipped(const Sim *sim, FILE *out) {
     const System *system = &sim->system;
-    bool clamped = false, rest = false, wind = sim->scene->air.drag > 0.0;
+    const AirDef *air = &sim->scene->air;
+    bool clamped = false, rest = false;
     for (int c = 0; c < system->cloth_count; c++) {
         clamped = clamped || system->cloths[c].ghost_count > 0;
-        rest = rest || system->cloths[c].panel.rest_curvature[0] != 0.0;
+        const double *curvature = system->cloths[c].panel.rest_curvature;
+        rest = rest || curvature[0] != 0.0 || curvature[1] != 0.0;
     }
     if (system->contact.obstacle_count == 0) {
         fprintf(out, "  skipped: obstacle queries (the scene has no obstacle)\n");
@@ -43,7 +45,7 @@ static void print_skipped(const Sim *sim, FILE *out) {
     if (!rest) {
         fprintf(out, "  skipped: rest curvature (every panel is flat at rest)\n");
     }
-    if (!wind) {
+    if (air->drag == 0.0 && !air_has_faces(air)) {
         fprintf(out, "  skipped: air (no drag)\n");
     }
     if (!clamped) {
@@ -113,7 +115,8 @@ void plan_print(const Sim *sim, FILE *out, bool json) {
         fprintf(out, "  sweep: %s\n", sweep_kernel_best()->name);
     }
     print_skipped(sim, out);
-    fprintf(out, "  estimate: %.2g CPU s, %.2g MB\n", cost.seconds, cost.megabytes);
+    fprintf(out, "  estimate: %.*f CPU s, %.0f MB\n", cost.seconds < 10.0 ? 1 : 0, cost.seconds,
+            ceil(cost.megabytes));
 }
 
 static void print_contact(const Sim *sim, FILE *out) {

@@ -62,6 +62,34 @@ static void test_wrong_words(void **state) {
     check_toile("help reder", 2, "there is help for");
 }
 
+static void write_scene(const char *name, const char *shape, const char *more) {
+    FILE *file = fopen(folder_path(name), "w");
+    fprintf(file,
+            "toile: 1\nfilm: {rate: 30, seconds: 0.1, size: 64x64}\ncloth:\n  sheet:\n"
+            "    shape: {rectangle: {width: 10 cm, height: 10 cm%s}}\n    fabric: wool-tropical\n"
+            "    nodes: 5 x 5\n%s",
+            shape, more);
+    fclose(file);
+}
+
+/* the plan says of nothing that is there that it is skipped */
+static void test_skipped(void **state) {
+    (void)state;
+    check_toile("check scene.yaml", 0, "skipped: air");
+    assert_non_null(strstr(text, "skipped: rest curvature"));
+    static const char *const airs[] = {"drag: 0.1", "normal_drag: 0.1", "density: 1.2"};
+    for (int k = 0; k < 3; k++) {
+        char air[64];
+        snprintf(air, sizeof air, "air: {%s}\n", airs[k]);
+        write_scene("air.yaml", "", air);
+        check_toile("check air.yaml", 0, "estimate: ");
+        assert_null(strstr(text, "skipped: air"));
+    }
+    write_scene("rest.yaml", ", rest_curvature: [0 1/m, 5 1/m]", "");
+    check_toile("check rest.yaml", 0, "estimate: ");
+    assert_null(strstr(text, "skipped: rest curvature"));
+}
+
 /* the second of two that would write one run is refused, and the first is not disturbed */
 static void test_two_at_once(void **state) {
     (void)state;
@@ -109,12 +137,8 @@ static int set_up(void **state) {
     if (!folder_make("front")) {
         return 1;
     }
-    FILE *file = fopen(folder_path("scene.yaml"), "w");
-    fputs("toile: 1\nfilm: {rate: 30, seconds: 0.1, size: 64x64}\ncloth:\n  sheet:\n"
-          "    shape: {rectangle: {width: 10 cm, height: 10 cm}}\n    fabric: wool-tropical\n"
-          "    nodes: 5 x 5\n",
-          file);
-    return fclose(file) == 0 ? toile("sim scene.yaml -o scene.run --quiet; mkdir 'a b'") : 1;
+    write_scene("scene.yaml", "", "");
+    return toile("sim scene.yaml -o scene.run --quiet; mkdir 'a b'");
 }
 
 static int tear_down(void **state) {
@@ -136,9 +160,8 @@ int main(int argc, char **argv) {
     setenv("TOILE_BUILD", whole, 1);
     free(whole);
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_names),
-        cmocka_unit_test(test_wrong_words),
-        cmocka_unit_test(test_two_at_once),
+        cmocka_unit_test(test_names),       cmocka_unit_test(test_wrong_words),
+        cmocka_unit_test(test_skipped),     cmocka_unit_test(test_two_at_once),
         cmocka_unit_test(test_full_stdout),
     };
     return cmocka_run_group_tests_name("front", tests, set_up, tear_down);
