@@ -45,7 +45,7 @@ bool image_compare_png16(const char *a, const char *b, double *largest);
 
 void image_print_versions(FILE *out); /* of libpng, one line */
 
-/* ---- differences (recipe of the golden pictures) ---- */
+/* ---- differences (of golden pictures) ---- */
 
 typedef struct ImageDifference {
     double largest;        /* of 255, any channel */

@@ -15,7 +15,7 @@ static Vec3 random_point(uint64_t seed, double size) {
     return vec3_scale(size, vec3(hash_random(seed, 0), hash_random(seed, 1), hash_random(seed, 2)));
 }
 
-/* contact.md 10 row 1: force and stiffness are the slopes of the energy */
+/* force and stiffness are the slopes of the energy */
 static void test_law(void **unused) {
     (void)unused;
     double dhat = 1e-3, k = 50.0, step = 1e-9, worst = 0.0, bend = 0.0;
@@ -155,7 +155,7 @@ static void test_capstan(void **unused) {
     play_end(&play);
 }
 
-/* contact.md 10 row 15: thrown at 10, 50, 200 m/s on every solid, nothing crosses */
+/* thrown at 10, 50, 200 m/s on every solid, nothing crosses */
 static void test_impacts(void **unused) {
     (void)unused;
     long crossings = 0;

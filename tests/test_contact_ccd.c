@@ -1,4 +1,4 @@
-/* Conservative continuous collision detection: row 2 of the acceptance table of contact.md 10. */
+/* Conservative continuous collision detection. */
 #include "sim/base/hash.h"
 #include "sim/contact/ccd.h"
 #include "tests/support/check.h"

@@ -1,4 +1,4 @@
-/* Contact on the implicit road: rows of the acceptance table of contact.md 10. */
+/* Contact on the implicit road: forces, the clamp, planes with friction, overhangs. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -107,7 +107,7 @@ static Vec3 mean_position(const World *w) {
     return vec3_scale(1.0 / mass, sum);
 }
 
-/* ---- row 1: forces ---- */
+/* ---- forces ---- */
 
 /* two shaken sheets, one turned, a fraction of the contact distance above each other */
 static void two_sheets(World *w, SolidKind kind, double radius) {
@@ -293,7 +293,7 @@ static void test_definite(void **unused) {
     world_end(&w);
 }
 
-/* ---- row 3: the clamp ---- */
+/* ---- the clamp ---- */
 
 static void test_clamp(void **unused) {
     (void)unused;
@@ -332,7 +332,7 @@ static void test_clamp(void **unused) {
     CHECK_AT_MOST(CONTACT_CORE * 1e-3 / least, 1.0);
 }
 
-/* ---- rows 6, 7, 8: planes with friction ---- */
+/* ---- planes with friction ---- */
 
 /* a sheet on a plane; gravity leans by the angle whose tangent is `slope` */
 static void on_plane(World *w, double slope, double friction, double speed, const char *stepper) {
@@ -403,7 +403,7 @@ static void test_rest_gap(void **unused) {
     CHECK_NEAR(rest_gap("bdf2"), rest_gap("central"), 0.02);
 }
 
-/* ---- row 13: overhang ---- */
+/* ---- overhang ---- */
 
 /* a quarter of a sheet hangs over a table's edge: positions after two seconds */
 static void overhang(World *w, const char *stepper) {
@@ -440,7 +440,7 @@ static void test_overhang(void **unused) {
     world_end(&b);
 }
 
-/* ---- rows 15, 16, 22 ---- */
+/* ---- abuse ---- */
 
 static void test_tunnelling(void **unused) {
     (void)unused;

@@ -1,4 +1,4 @@
-/* Cloth at triangle meshes: still, driven, turning, animated, pinching (explicit.md 8, 10.1, 10.2).
+/* Cloth at triangle meshes: still, driven, turning, animated, pinching.
  * Every frame is judged by the exact check. */
 #include <string.h>
 

@@ -1,4 +1,4 @@
-/* Contact, friction and bending together, against known answers (contact.md 10, rows 5 and 9 to 12). All
+/* Contact, friction and bending together, against known answers. All
  * strips are three nodes wide and their fabric has no Poisson effect: sheets in plane bending. */
 #include <string.h>
 
@@ -40,7 +40,7 @@ static void hold_where_laid(Play *play) {
     }
 }
 
-/* ---- row 9: overhangs ---- */
+/* ---- overhangs ---- */
 
 /* A limp strip over a round edge (a quarter) or a rod (half a turn), on the point of slipping. */
 typedef struct Hang {
@@ -147,7 +147,7 @@ static double overhang(bool rod, double share, int nodes, const char *stepper) {
                  stepper);
 }
 
-/* row 9: holds at 0.99 of the limit and slides at 1.01 */
+/* holds at 0.99 of the limit and slides at 1.01 */
 static void test_overhangs(void **unused) {
     (void)unused;
     /* the formulas against the limits of vanishing radius */
@@ -165,7 +165,7 @@ static void test_overhangs(void **unused) {
     }
 }
 
-/* ---- row 5: capstan ---- */
+/* ---- capstan ---- */
 
 /* log (T2 / T1) / (mu pi) of a strip over a drum */
 static double capstan(double mu, double drawn, double turning, const char *stepper) {
@@ -216,7 +216,7 @@ static void test_capstan(void **unused) {
     CHECK_NEAR(capstan(0.3, 0.0, 0.8, "bdf2"), -1.0, 0.01);
 }
 
-/* ---- rows 10 to 12: bending ---- */
+/* ---- bending ---- */
 
 #define BENDING 1e-4 /* [N m] */
 #define STIFF                                                                                      \
@@ -291,7 +291,7 @@ static double ruck_half(const Play *play, Strip strip) {
     return (sx - sy / slope) / n;
 }
 
-/* row 10: shape and pressure between held ends; with its ends let go it stays when friction is 2 %
+/* shape and pressure between held ends; with its ends let go it stays when friction is 2 %
  * more than it needs and flattens when it is 2 % less */
 static void test_ruck(void **unused) {
     (void)unused;
@@ -334,7 +334,7 @@ static void test_ruck(void **unused) {
     play_end(&play);
 }
 
-/* row 11: a fold between frictionless plates, d apart as its middle surface runs, is pressed with
+/* a fold between frictionless plates, d apart as its middle surface runs, is pressed with
  * F d^2 / B = 2.87108 per width */
 static double pressed_fold(const char *stepper) {
     char text[2048];

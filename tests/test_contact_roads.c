@@ -1,5 +1,4 @@
-/* Both roads of contact: the same drape, abuse, driven solids, starts that touch (contact.md 10, rows
- * 15, 16, 23; explicit.md 10.1). */
+/* Both roads of contact: the same drape, abuse, driven solids, starts that touch. */
 #include <string.h>
 
 #include "sim/base/parallel.h"
@@ -63,7 +62,7 @@ static void test_roads(void **unused) {
     }
 }
 
-/* ---- rows 15, 16, 23: abuse ---- */
+/* ---- abuse ---- */
 
 /* thrown edge-on at a plate that stands upright, thinner than the cloth: nothing crosses */
 static void test_plate(void **unused) {
@@ -156,7 +155,7 @@ static void write_layers(char *text, size_t size) {
              "  floor: {plane: {}, at: [0, 0, -25 cm]}\nsolver: {stepper: central}\n");
 }
 
-/* row 16: they fall; nothing crosses, the energy is accounted for, and they come to rest: no impulses of the
+/* they fall; nothing crosses, the energy is accounted for, and they come to rest: no impulses of the
  * guard hold them, which go on shaking them with 1e-3 of their fall */
 static void test_layers(void **unused) {
     (void)unused;
@@ -216,7 +215,7 @@ static double bounce(double gap, const char *stepper, long *crossings) {
     return high;
 }
 
-/* row 23: sheets that start nearly touching stay apart; the implicit road opens them without a burst */
+/* sheets that start nearly touching stay apart; the implicit road opens them without a burst */
 static void test_starts(void **unused) {
     (void)unused;
     static const double gaps[] = {1e-9, 5e-5, 1e-4};

@@ -15,7 +15,7 @@ static int teardown(void **state) {
     return 0;
 }
 
-/* recipe values [SI]: weight, thickness, B warp, B weft, 2HB, E warp, E weft, nu, G, limit, DC */
+/* published values [SI]: weight, thickness, B warp, B weft, 2HB, E warp, E weft, nu, G, limit, DC */
 static const struct {
     const char *name;
     double values[11];

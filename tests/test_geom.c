@@ -288,7 +288,7 @@ static void test_loops(void **unused) {
     }
 }
 
-/* ---- inside or outside, from the nodes alone: row 15 of the acceptance table ---- */
+/* ---- inside or outside, from the nodes alone ---- */
 
 #define SPACING 0.05
 #define NEAR_CORNER (2.5 * SPACING) /* the reach of the weights */

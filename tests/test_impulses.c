@@ -87,7 +87,7 @@ static double kinetic(const Bodies *b) {
     return sum;
 }
 
-/* recipe row 18: one impulse leaves v_N = 0, whatever the masses; momentum stays, energy falls, and
+/* one impulse leaves v_N = 0, whatever the masses; momentum stays, energy falls, and
  * friction takes at most mu times what v_N gained off the sliding, along it */
 static void test_strike(void **unused) {
     (void)unused;

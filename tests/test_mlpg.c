@@ -12,7 +12,7 @@
 #include "tests/support/cloths.h"
 #include "tests/support/strips.h"
 
-/* row 1: a row reproduces polynomials of its degree, also at the border */
+/* a row reproduces polynomials of its degree, also at the border */
 static void test_reproduction(void **unused) {
     (void)unused;
     enum { N = 13 };
@@ -58,7 +58,7 @@ static void test_reproduction(void **unused) {
     arena_free(&arena);
 }
 
-/* row 2: constant strain and constant curvature leave inner nodes without force */
+/* constant strain and constant curvature leave inner nodes without force */
 static void patch(ClothDef def, const char *name) {
     Arena arena = {0};
     Cloth cloth;
@@ -110,7 +110,7 @@ static void test_patch(void **unused) {
     patch(def, "relaxed");
 }
 
-/* row 4: eigenvalues of the flat membrane matrix: three zero modes, no spurious ones */
+/* eigenvalues of the flat membrane matrix: three zero modes, no spurious ones */
 static void test_zero_modes(void **unused) {
     (void)unused;
     for (int layout = 0; layout < 2; layout++) {
@@ -150,7 +150,7 @@ static void test_zero_modes(void **unused) {
     }
 }
 
-/* rows 6, 7: cantilever on lattices */
+/* cantilever on lattices */
 static void test_cantilever(void **unused) {
     (void)unused;
     const double gammas[4] = {1, 10, 100, 1000}, limits[4] = {5e-4, 3e-3, 7e-3, 2e-2};
@@ -222,7 +222,7 @@ static void scattered_errors(StripNodes layout, double stiffness, double gamma, 
     }
 }
 
-/* row 8: cantilever on scattered nodes */
+/* cantilever on scattered nodes */
 static void test_cantilever_scattered(void **unused) {
     (void)unused;
     const double gammas[3] = {10, 100, 1000};
@@ -236,7 +236,7 @@ static void test_cantilever_scattered(void **unused) {
     }
 }
 
-/* exact zero-energy shape of row 9: slope angle sin(2 pi s / lam) along s */
+/* exact zero-energy shape: slope angle sin(2 pi s / lam) along s */
 static Vec3 fold_point(double s, double t, double lam) {
     enum { STEPS = 400 };
     double x = 0.0, z = 0.0, ds = s / STEPS;
@@ -304,7 +304,7 @@ static double fold_residual(double theta, double waves_nodes, int n, double stif
     return residual;
 }
 
-/* row 9: the locking test, a sheet whose rest shape is a wave in any direction */
+/* the locking test, a sheet whose rest shape is a wave in any direction */
 static void test_fold(void **unused) {
     (void)unused;
     for (int k = 0; k < 3; k++) {
@@ -327,7 +327,7 @@ static void test_fold(void **unused) {
     }
 }
 
-/* row 10: a clamped strip with rest curvature 2 pi / L rolls up to a closed circle */
+/* a clamped strip with rest curvature 2 pi / L rolls up to a closed circle */
 static void test_roll_up(void **unused) {
     (void)unused;
     const int nodes[2] = {21, 41};
@@ -364,7 +364,7 @@ static void test_roll_up(void **unused) {
     }
 }
 
-/* row 11: free plate, nu = 0.3 */
+/* free plate, nu = 0.3 */
 static void test_plate(void **unused) {
     (void)unused;
     const double exact[6] = {13.468197, 19.596137, 24.270201, 34.80089, 34.80089, 61.093};

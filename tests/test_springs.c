@@ -35,7 +35,8 @@ static void test_laws(void **unused) {
     }
 }
 
-/* reference/euler_postbuckling.csv: end shortening d, P / Pcr; the fit is good to 0.1 % */
+/* the pinned elastica by elliptic integrals, with end slope alpha and k = sin(alpha/2): end shortening
+ * d = 2 (1 - E/K), P / Pcr = (2K/pi)^2; the fit is good to 0.1 % */
 static void test_elastica_law(void **unused) {
     (void)unused;
     static const double exact[][2] = {

@@ -1,4 +1,4 @@
-/* error.h: the three kinds of failure (DESIGN 6.7).
+/* error.h: the three kinds of failure.
  *
  * Our bug:            ASSERT, on in release builds too; prints and aborts with exit code 70.
  * The world's fault:  a function returns false and fills an Error; only main prints it.

@@ -1,17 +1,19 @@
 /* barrier.h: contact on the implicit road: energy, gradient and stiffness of all contacts at given
  * positions, the clamp that keeps motions legal, and the memory of friction.
  *
- * The same law as on the explicit road, so that both give the same gap and the same friction
- * (explicit.md 3, 7, 10.4): vertices at solids, every edge whose nearest point lies inside it (one
- * for a triangle would jump along a cylinder or a box edge), faces that come nearer than their
- * edges, both by contact_share_inside; vertex-face and edge-edge pairs of cloth, an edge-edge pair when both nearest points lie
- * inside, a vertex-face pair that is clamped to an edge or a vertex once. The law is contact_law with k = share m / reference_step^2.
+ * The same law as on the explicit road, so that both give the same gap and the same friction:
+ * contact_law with k = share m / reference_step^2. It acts on
+ *   at solids   every vertex; every edge whose nearest point lies inside it (one for a triangle would
+ *               jump along a cylinder or a box edge) and every face that comes nearer than its edges,
+ *               both by contact_share_inside;
+ *   on cloth    vertex-face pairs, those clamped to an edge or a vertex once; edge-edge pairs when
+ *               both nearest points lie inside.
  *
  * Gradient: -w_a (f n - friction) on vertex a, with the shares of sides and faces held: their slopes would
  * push a side and its ends apart, and the explicit road has none. Stiffness (Gauss-Newton, positive semidefinite):
  * w_a w_b S, S = f' n n' + friction. Blocks between vertices that the cloth couples are kept, all
- * others are lumped: |w_a w_b| S on both diagonal blocks, which majorises (contact.md 4). A face or
- * an edge at a round solid adds what its tilt does to the gap (contact.md 12.3):
+ * others are lumped: |w_a w_b| S on both diagonal blocks, which majorises. A face or
+ * an edge at a round solid adds what its tilt does to the gap:
  * f (R + d) (grad w_a . grad w_b) n n'.
  *
  * Friction: the bristle t of each contact is stretched by the relative tangential motion since the

@@ -1,5 +1,5 @@
 /* candidates.h: which features may meet while every vertex moves straight from x to x + dx, for
- * the implicit road (contact.md 3).
+ * the implicit road.
  *
  * A tree over the groups of sim/contact/surface.h is refitted to the swept boxes; groups that come
  * near and are not certified flat give vertex-triangle and edge-edge pairs without common vertices,

@@ -1,5 +1,5 @@
 /* ccd.h: how far along its straight path a pair of features may go: conservative continuous
- * collision detection (contact.md 1.2).
+ * collision detection.
  *
  * From t = 0 on: the closest points of the two features give a unit normal n. The distance of the
  * features is at least the smallest separation n.(x_i - x_j) of their corners, and every one of

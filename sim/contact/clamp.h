@@ -1,4 +1,4 @@
-/* clamp.h: makes any motion of the cloth legal (contact.md 1.1, 12.2).
+/* clamp.h: makes any motion of the cloth legal.
  *
  * Stage 1, *projection*, repairs the direction: of a pair that would come too near only the
  * approaching part of the motion along its normal is taken out, so that cloth slides around an

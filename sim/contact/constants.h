@@ -1,5 +1,5 @@
 /* constants.h: the numbers of the contact law, its lists and its guard, all relative to the
- * contact distance dhat, the step, or the vertex mass (explicit.md 3, 4, 5, 10). */
+ * contact distance dhat, the step, or the vertex mass (contact.md). */
 #ifndef TOILE_CONTACT_CONSTANTS_H
 #define TOILE_CONTACT_CONSTANTS_H
 
@@ -70,7 +70,7 @@
 #define CONTACT_LEAST_PART 64     /* forces of a part, some 5 us */
 #define CONTACT_GROUP_REACH 0.4   /* of the size of a group: how far neighbours are listed */
 
-/* ---- implicit road (contact.md 1, 12) ---- */
+/* ---- implicit road ---- */
 
 #define CONTACT_CORE 0.1        /* of dhat: the clamp never lets a pair nearer; 0.25 crowds heaps */
 #define CONTACT_CORE_SHARE 0.2  /* of the gap above the core that one motion must leave */

@@ -1,7 +1,7 @@
 /* contact.h: cloth against obstacles, other cloth and itself. Sees surface vertices and
  * triangles only, never a cloth model.
  *
- * One force law for both roads (explicit.md 3): with d the distance of two features, dhat the
+ * One force law for both roads: with d the distance of two features, dhat the
  * contact distance and tau = dhat/2,
  *   E(d) = k/2 (dhat - d)^2                                          for d >= tau,
  *        = k tau (dhat - tau) log(tau/d) + k/2 (dhat - tau)^2        below (C2 at tau),

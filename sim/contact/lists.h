@@ -1,5 +1,4 @@
-/* lists.h: which pairs of features may meet. Two levels (explicit.md 5, 10.3, and the relative
- * paths that it names as next):
+/* lists.h: which pairs of features may meet. Two levels (contact.md, Lists):
  *
  * 1. *Group pairs*: groups whose boxes are near. Each has its own relative path, the integral of
  *    |T_a - T_b| + r_a + r_b, T the velocity of a group's middle and r the largest deviation
@@ -130,7 +129,7 @@ Pair pair_between(PairKind kind, const Vec3 x[4]);
 double pair_bound(const Points *points, const Pair *pair);
 
 /* A vertex-face pair that is clamped to an edge or a vertex stands for a contact that other pairs
- * may stand for too (explicit.md 10.4). The contact's key: the vertex and the two ends of the edge
+ * may stand for too. The contact's key: the vertex and the two ends of the edge
  * (low, high), or -1 and two vertices, the same from either side. */
 void pair_twin_key(const Pair *pair, int key[3]);
 

@@ -1,4 +1,4 @@
-/* obstacle.c: contact of cloth with convex solids on the explicit road (explicit.md 3, 4, 10.1). */
+/* obstacle.c: contact of cloth with convex solids on the explicit road (contact.md). */
 #include <math.h>
 #include <string.h>
 

@@ -1,5 +1,5 @@
 /* obstacle_lists.c: which vertices and triangles of the cloth are near convex solids on the explicit
- * road (explicit.md 5, 10.1): groups with paths, as for pairs. */
+ * road: groups with paths, as for pairs (contact.md, Lists). */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

@@ -1,6 +1,6 @@
 /* obstacle_mesh.c: triangle meshes as obstacles on the explicit road. Their vertices are places
  * after those of the cloth, moved by nothing but their programme; features of both meet in the
- * same lists (lists.h). Driven meshes keep the three rules of explicit.md 10.1. */
+ * same lists (lists.h). Driven meshes take part in the guard as driven solids do. */
 #include <math.h>
 #include <string.h>
 

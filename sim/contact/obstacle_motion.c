@@ -1,4 +1,4 @@
-/* obstacle_motion.c: driven solids on the explicit road take part in the guard (explicit.md 10.1). */
+/* obstacle_motion.c: driven solids on the explicit road take part in the guard (contact.md, Guard). */
 #include <math.h>
 
 #include "sim/contact/engine.h"

@@ -1,4 +1,4 @@
-/* self.c: contact of cloth with cloth on the explicit road (explicit.md 3, 4, 10.4). */
+/* self.c: contact of cloth with cloth on the explicit road (contact.md). */
 #include <math.h>
 #include <stdint.h>
 #include <string.h>

@@ -8,7 +8,7 @@
  *   M(x) = sum_I w(|x - X_I| / rho) p p',  p = (1, (x - X_I) / rho),
  * with Wendland's C2 weight, whose determinant does fall steeply across a border, but cuts convex
  * corners by 0.28 spacings. Its first moments alone, the offset of the weighted mean of the nodes
- * from the place, need no density of nodes and cut them by 0.13 (mlpg.md section 8); re-entrant
+ * from the place, need no density of nodes and cut them by 0.13; re-entrant
  * corners are filled by 0.4. Outlines are known for every panel, and loops_contain is exact; this
  * is for nodes without an outline. */
 #ifndef TOILE_GEOM_INSIDE_H

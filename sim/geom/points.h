@@ -19,7 +19,7 @@ typedef struct PointGrid {
 PointGrid points_grid(const double *points, int count, double spacing, Arena *arena);
 
 /* The `wanted` points nearest to `at`, plus every point at the same distance as the last one
- * (relative 1e-6: tie-broken stencils on a lattice are lopsided, mlpg.md 1.1), sorted by
+ * (relative 1e-6: tie-broken stencils on a lattice are lopsided), sorted by
  * distance, then number. Returns how many. */
 int points_nearest(const PointGrid *grid, const double at[2], int wanted,
                    int nodes[STENCIL_CAPACITY]);

@@ -1,9 +1,9 @@
 /* rbf.h: augmented radial basis functions on scattered points: interpolation rows.
  *
  * Kernel r^power (polyharmonic: no shape parameter) plus all polynomials up to `degree`, on the
- * stencil nearest to a place, scaled by the spacing (mlpg.md 1.1). A row interpolates: it gives
+ * stencil nearest to a place, scaled by the spacing. A row interpolates: it gives
  * 1 at its own node and reproduces polynomials of `degree` to round-off.
- * Source: augmented RBF of Yuan et al. 2008, section 3, with the corrections of mlpg.md 1. */
+ * Source: augmented RBF of Yuan et al. 2008, section 3, with the corrections of mlpg.md. */
 #ifndef TOILE_GEOM_RBF_H
 #define TOILE_GEOM_RBF_H
 

@@ -1,5 +1,5 @@
 /* bending.h: quadratic (isometric) bending, W_b = 1/2 sum A D_abcd k_ab . k_cd with the vector
- * curvatures k_ab = G_ab x (mlpg.md 1.2). Rows are constant, so the whole energy is one constant
+ * curvatures k_ab = G_ab x (mlpg.md). Rows are constant, so the whole energy is one constant
  * scalar matrix K that acts on x, y and z alike: W_b = 1/2 x' K x.
  *
  * Rest curvature k0 adds  - sum A (D k0)_ab n . k_ab + const  with n the unit normal of the

@@ -16,7 +16,7 @@
 #include "sim/model/model.h"
 #include "sim/model/strain.h"
 
-/* k_h = min(HOURGLASS_SHARE Eh, m D / h^2) (mlpg.md 1.3). A larger m locks, a smaller one
+/* k_h = min(HOURGLASS_SHARE Eh, m D / h^2) (mlpg.md). A larger m locks, a smaller one
  * lets the cells zigzag; 300..3000 is a flat optimum on lattices. */
 #define MLPG_HOURGLASS_SHARE 0.05
 #define MLPG_HOURGLASS_LATTICE 1000.0

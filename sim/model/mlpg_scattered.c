@@ -1,5 +1,5 @@
 /* mlpg_scattered.c: strain and curvature of a cell as boundary integrals of RBF edge values and
- * slopes (mlpg.md 1.2, 1.3). Both cells of an edge use the same values, so the edge terms
+ * slopes (mlpg.md). Both cells of an edge use the same values, so the edge terms
  * telescope and the patch tests are exact whatever the smoothness of the trial functions. */
 #include <math.h>
 #include <stdlib.h>

@@ -75,7 +75,7 @@ struct ClothModel {
      * (strain_count). */
     void (*stress)(const Cloth *cloth, const double *x, double *stress);
     /* stress = C (strain(x_new) - quadratic part of strain in dx): the stress that the linear
-     * model predicted for x_new (solid_shell.md 3.2 step 5). dx like x; ghosts are zero. */
+     * model predicted for x_new. dx like x; ghosts are zero. */
     void (*predict_stress)(const Cloth *cloth, const double *x_new, const double *dx,
                            double *stress);
     /* Node pairs that the Hessian couples (2 ints each) appended to pairs; NULL: only counts. */

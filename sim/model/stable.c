@@ -4,7 +4,7 @@
 #include <string.h>
 
 double stable_step_by_power(const Cloth *cloth) {
-    enum { ITERATIONS = 300 };      /* explicit.md 10.7: 4000 give the same */
+    enum { ITERATIONS = 300 };      /* 4000 give the same */
     const double difference = 1e-6; /* of the spacing */
     Arena arena = {0};
     int count = 3 * (cloth->node_count + cloth->ghost_count);

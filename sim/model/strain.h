@@ -2,7 +2,7 @@
  *
  * A sample has a few *slopes*: linear rows over its nodes, v_p = sum_I r_pI x_I (3-vectors).
  * Every strain is bilinear in slopes,   s_k = sum over terms c (v_p . v_q) - s0_k,
- * and the energy is  W = A/2 s' C s.  Lattice samples (mlpg.md 1.3): slopes F1, F2 and the twist
+ * and the energy is  W = A/2 s' C s.  Lattice samples (mlpg.md): slopes F1, F2 and the twist
  * k12; strains E11, E22, g12 and the two hourglass strains F1.k12, F2.k12. Scattered samples:
  * slopes F1, F2, k11, k12, k22; strains E11, E22, g12 and the six gradients E_ab,c. Triangles:
  * slopes F1, F2; strains E11, E22, g12.

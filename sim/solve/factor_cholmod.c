@@ -10,7 +10,7 @@
 #include "sim/base/parallel.h"
 #include "sim/solve/triangular.h"
 
-/* relaxed supernodes: 25..35 % faster than CHOLMOD's defaults on cloth (mlpg.md 1.5) */
+/* relaxed supernodes: 25..35 % faster than CHOLMOD's defaults on cloth */
 static const size_t relax_columns[3] = {12, 32, 96};
 static const double relax_zeros[3] = {0.8, 0.3, 0.1};
 

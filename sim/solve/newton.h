@@ -3,8 +3,8 @@
  * Newton on the mixed (stress, displacement) equations with the stresses eliminated: the
  * geometric stiffness is taken from the stress that the last linear step predicted, not from
  * the stress at the new point. The energy may rise on the way, unless steps are `cut`. On stiff cloth it
- * needs 5 to 15 factorisations where plain Newton needs hundreds (solid_shell.md 3.2; Magisano,
- * Leonetti, Garcea 2017).
+ * needs 5 to 15 factorisations where plain Newton needs hundreds (Magisano, Leonetti,
+ * Garcea 2017).
  *
  * This file knows unknowns, not cloth: the problem is a set of callbacks.
  */

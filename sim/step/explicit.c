@@ -455,7 +455,7 @@ static bool kill_at_peak(Explicit *e, const ExplicitRun *run, double *kinetic_be
         stop_all(e);
         result->kills++;
         result->last_kill = *kinetic_before;
-        *share = 0.5; /* velocities live at half steps: a full kick would pump (explicit.md 6) */
+        *share = 0.5; /* velocities live at half steps: a full kick would pump */
     }
     *kinetic_before = fell ? 0.0 : kinetic;
     return fell && result->last_kill < run->kinetic_target;

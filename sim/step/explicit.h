@@ -1,4 +1,4 @@
-/* explicit.h: the engine of the explicit road: kick, guard, drift (explicit.md).
+/* explicit.h: the engine of the explicit road: kick, guard, drift.
  *
  * An interval is velocity Verlet: half a kick, then drift and kick in turn, half a kick at the
  * end, so that positions and velocities belong to the same instant at both ends and the step

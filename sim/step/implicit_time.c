@@ -1,5 +1,4 @@
-/* implicit_time.c: BDF2 and backward Euler with a few mixed-point Newton iterations a step
- * (mlpg.md 1.5, solid_shell.md 3.3). */
+/* implicit_time.c: BDF2 and backward Euler with a few mixed-point Newton iterations a step. */
 #include <math.h>
 #include <string.h>
 
@@ -172,7 +171,7 @@ static NewtonReport solve(ImplicitTime *t, const System *system, const State *fr
     return report;
 }
 
-/* Places that touch at the start, or that the clamp stops, take backward Euler (contact.md 1).
+/* Places that touch at the start, or that the clamp stops, take backward Euler.
  * A step that finds its first contact on the way is solved again with them. */
 static NewtonReport try_step(ImplicitTime *t, const System *system, const State *from, double dt,
                              const Way *way, State *to) {

@@ -1,6 +1,6 @@
 /* static.c: equilibrium at every output time. Kinetic damping brings the cloth near when it
  * starts far away, mixed-point Newton finishes; where that does not converge (snap, several
- * minima) implicit pseudo-time steps go on until it does (solid_shell.md 3.2). */
+ * minima) implicit pseudo-time steps go on until it does. */
 #include <math.h>
 #include <string.h>
 

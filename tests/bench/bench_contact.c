@@ -1,5 +1,4 @@
-/* bench_contact.c: what contact costs, with every frame judged by the exact check. Scenes of
- * explicit.md 8 and 10. */
+/* bench_contact.c: what contact costs, with every frame judged by the exact check. */
 #include <math.h>
 #include <string.h>
 

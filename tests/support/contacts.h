@@ -16,7 +16,7 @@
     "{plane: {}, friction: 0.3}\n"
 
 /* A sheet on a plane with mu = 0.3 sticks at 0.99 of the limit, slides at 1.01 and 1.05 with the acceleration of
- * a block (explicit.md 8). */
+ * a block. */
 void contacts_check_incline(const char *solver);
 /* At 1 m/s it comes to rest after v^2 / (2 mu g) = 0.16995 m. */
 void contacts_check_stop(const char *solver);

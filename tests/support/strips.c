@@ -9,7 +9,8 @@
 #include "tests/support/check.h"
 #include "tests/support/cloths.h"
 
-/* reference/cantilever_heavy_elastica.csv */
+/* Gamma, x / L, y / L of the tip of the heavy elastica (the master curve of Romero et al. 2021), clamped level:
+ * Chebyshev collocation, 200 points, checked against 140 */
 static const double exact_tips[][3] = {
     {0.1, 0.999910732224, 0.012498437848}, {0.5, 0.997779000281, 0.062305768150},
     {1, 0.991246395347, 0.123471401983},   {2, 0.966892946897, 0.238506582871},

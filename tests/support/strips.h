@@ -52,7 +52,7 @@ void bench_build(Bench *bench, int handle_count);
 void bench_build_seeded(Bench *bench, int handle_count, uint64_t seed);
 
 /* The swing: 1 m sheet, pinned at two corners of its upper edge, released at 60 degrees,
- * Eh 1000 N/m, D 1e-3 N m, 0.2 kg/m2, no damping (mlpg.md 5). */
+ * Eh 1000 N/m, D 1e-3 N m, 0.2 kg/m2, no damping. */
 void swing_make(Bench *bench, int nodes, SidesKind sides);
 
 /* First `count` elastic frequencies of a free plate with nu = 0.3, in units sqrt(D/rho)/L^2. */
