@@ -13,13 +13,13 @@
 /* What stays the same for all frames; read by splat.vert.glsl as SURFEL_FLOATS numbers. */
 struct Surfel {
     float uv[2]; /* [m] from the panel's corner */
-    float
-        radius; /* [m] in the panel; 0: another surfel lies in the same place; below 0: not drawn in
-                   * this frame */
-    float cut;  /* 0: a whole disc; inside is where both lines say so: 1, where either does: 2 */
+    /* [m] in the panel; 0: another surfel lies in the same place; below 0: not drawn in this frame */
+    float radius;
+    float cut; /* 0: a whole disc; inside is where both lines say so: 1, where either does: 2 */
     float line[2][3]; /* a, b, c: inside is where a u + b v + c >= 0 */
 };
 #define SURFEL_FLOATS 10
+_Static_assert(sizeof(struct Surfel) == SURFEL_FLOATS * sizeof(float), "see splat.vert.glsl");
 
 /* Fills surface->surfels from uv and fine triangles of the surface and the border of the layout. */
 /* Fills surface->bends for a new frame: slopes of the normals on the triangles, averaged at the vertices by area. With them

@@ -255,11 +255,11 @@ void barrier_mark(const Barrier *b, unsigned char *flags) {
     }
 }
 
-ClampReport barrier_clamp(Barrier *b, const double *x, double *dx, const unsigned char **changed) {
+double barrier_clamp(Barrier *b, const double *x, double *dx, const unsigned char **changed) {
     ClampObstacles obstacles = {b->poses, b->next, b->clocks, b->driven ? b->advance : NULL};
     load_cloth(b, x, b->x);
     load_cloth(b, dx, b->dx);
-    ClampReport report = clamp_motion(&b->clamp, &obstacles, b->held, b->x, b->dx);
+    double smallest = clamp_motion(&b->clamp, &obstacles, b->held, b->x, b->dx);
     load_cloth(b, b->dx, dx);
     for (int o = 0; b->driven && o < b->def->obstacle_count; o++) {
         b->poses[o] = b->next[o];
@@ -272,7 +272,7 @@ ClampReport barrier_clamp(Barrier *b, const double *x, double *dx, const unsigne
     if (changed) {
         *changed = b->clamp.changed;
     }
-    return report;
+    return smallest;
 }
 
 void barrier_end(const Barrier *b, ContactMemory *memory) {

@@ -72,8 +72,7 @@ bool barrier_add_lumped(const Barrier *barrier, const double *p, double *y);
 void barrier_mark(const Barrier *barrier, unsigned char *flags);
 
 /* See clamp_motion; *changed (vertex_count) 1: clamped by this motion, until the next one. */
-ClampReport barrier_clamp(Barrier *barrier, const double *x, double *dx,
-                          const unsigned char **changed);
+double barrier_clamp(Barrier *barrier, const double *x, double *dx, const unsigned char **changed);
 
 /* What memory becomes when the positions that were looked at last are accepted: bristles, poses. */
 void barrier_end(const Barrier *barrier, ContactMemory *memory);

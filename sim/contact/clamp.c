@@ -205,7 +205,7 @@ static bool is_fresh(const Clamp *c, const Candidate *item, int round) {
 
 /* true when some pair was blocked */
 static bool project_all(Clamp *c, const ClampObstacles *o, const unsigned char *held,
-                        const double *x, double *dx, ClampReport *report) {
+                        const double *x, double *dx) {
     bool blocked = false;
     memset(c->stamp, 0, (size_t)c->near.places.count * sizeof *c->stamp);
     for (int i = 0; i < c->near.def->obstacle_count; i++) {
@@ -222,7 +222,6 @@ static bool project_all(Clamp *c, const ClampObstacles *o, const unsigned char *
             double t = ccd(c, item, o, x, dx, NULL, &n);
             if (t < 1.0) {
                 blocked = true;
-                report->projected++;
                 again = project(c, item, o, held, x, dx, t, n, round) || again;
             }
         }
@@ -275,9 +274,9 @@ static bool yield(Clamp *c, const ClampObstacles *o, const double *x, double *dx
     return waits;
 }
 
-/* true when an obstacle keeps only a share of its motion */
+/* true when an obstacle keeps only a share of its motion; *smallest: share of a vertex */
 static bool shorten_all(Clamp *c, const ClampObstacles *o, const double *x, double *dx,
-                        bool at_once, ClampReport *report) {
+                        bool at_once, double *smallest) {
     int n = c->near.places.count;
     for (int i = 0; i < n; i++) {
         c->share[i] = c->next[i] = 1.0;
@@ -306,11 +305,10 @@ static bool shorten_all(Clamp *c, const ClampObstacles *o, const double *x, doub
     for (int i = 0; o->advance && i < c->near.def->obstacle_count; i++) {
         o->advance[i] *= c->yields[i];
     }
-    report->smallest_share = 1.0;
+    *smallest = 1.0;
     for (int i = 0; i < n; i++) {
         if (c->share[i] < 1.0) {
-            report->smallest_share = fmin(report->smallest_share, c->share[i]);
-            report->shortened++;
+            *smallest = fmin(*smallest, c->share[i]);
             c->changed[i] = 1;
             vec3_store(dx + 3 * (size_t)i, vec3_scale(c->share[i], vec3_load(dx + 3 * (size_t)i)));
         }
@@ -318,9 +316,8 @@ static bool shorten_all(Clamp *c, const ClampObstacles *o, const double *x, doub
     return waits;
 }
 
-ClampReport clamp_motion(Clamp *c, const ClampObstacles *o, const unsigned char *held,
-                         const double *x, double *dx) {
-    ClampReport report = {.smallest_share = 1.0};
+double clamp_motion(Clamp *c, const ClampObstacles *o, const unsigned char *held, const double *x,
+                    double *dx) {
     int n = c->near.places.count;
     memset(c->changed, 0, (size_t)n);
     for (int i = 0; i < c->near.def->obstacle_count; i++) {
@@ -333,21 +330,21 @@ ClampReport clamp_motion(Clamp *c, const ClampObstacles *o, const unsigned char 
                 o->advance[i] = 0.0;
                 o->to[i] = o->from[i];
             }
-            report.smallest_share = 0.0;
-            return report;
+            return 0.0;
         }
     }
     for (int search = 0; search < CONTACT_PROJECT_SEARCHES; search++) {
         find(c, o, x, dx);
-        if (!project_all(c, o, held, x, dx, &report)) {
-            return report; /* all pairs of this motion are proven */
+        if (!project_all(c, o, held, x, dx)) {
+            return 1.0; /* all pairs of this motion are proven */
         }
     }
     /* what waits goes another way than the list was made for */
     bool waits = true;
+    double smallest = 1.0;
     for (int search = 0; waits; search++) {
         find(c, o, x, dx);
-        waits = shorten_all(c, o, x, dx, search >= CONTACT_PROJECT_SEARCHES, &report);
+        waits = shorten_all(c, o, x, dx, search >= CONTACT_PROJECT_SEARCHES, &smallest);
     }
-    return report;
+    return smallest;
 }

@@ -38,11 +38,6 @@ typedef struct Clamp {
     int *obstacle_stamp;          /* round in which that changed last */
 } Clamp;
 
-typedef struct ClampReport {
-    double smallest_share; /* of stage 2: 1 when projection was enough */
-    int projected, shortened;
-} ClampReport;
-
 Clamp clamp_create(const ContactDef *def, Arena *arena);
 
 /* [m] what a pair of contact distance dhat at the distance d0 must keep in one motion. */
@@ -50,8 +45,9 @@ double clamp_target(double dhat, double d0);
 
 /* Changes dx so that x + t dx is legal for all t in [0, 1], if x is. Held vertices keep their
  * direction. A motion that is not finite becomes 0. x, dx: [m] (places x 3); the clamp
- * sets dx of meshes. */
-ClampReport clamp_motion(Clamp *clamp, const ClampObstacles *obstacles, const unsigned char *held,
-                         const double *x, double *dx);
+ * sets dx of meshes. Returns the smallest share that a vertex keeps in stage 2: 1 when projection was
+ * enough, 0 also for a motion that is not finite. */
+double clamp_motion(Clamp *clamp, const ClampObstacles *obstacles, const unsigned char *held,
+                    const double *x, double *dx);
 
 #endif

@@ -542,9 +542,8 @@ void contact_repel(Contact *c, double dt) {
 
 /* paths of groups and of pairs of groups lead on by the motion of this step; what it took is counted */
 static void advance_and_count(Contact *c) {
-    int count = 0;
+    int count = 1;
     ParallelLoop loops[3] = {contact_losses_loop(c)};
-    count++;
     if (c->def->obstacle_count > 0) {
         loops[count++] = obstacle_advance_loop(c);
     }

@@ -166,9 +166,12 @@ static inline double contact_inertia(const Contact *c, double stiffness) {
 void contact_move_groups(Contact *c, double dt);
 void contact_move_changed_groups(Contact *c, double dt);
 GroupsMove *contact_moves_create(int groups, Arena *arena);
-/* With the velocities at the end of a step in c->v: losses of those touched; then their sum. */
+
+/* losses.c, with the velocities at the end of a step in c->v: losses of those touched; then their sum. */
 ParallelLoop contact_losses_loop(Contact *c);
 void contact_sum_losses(Contact *c);
+
+/* contact.c, for both kinds of contact */
 /* Room for so many forces. */
 void contact_make_force_room(Contact *c, int most);
 /* The index that came first with this key since contact_clear_twins, or -1: `index` is the first. */
@@ -198,16 +201,16 @@ bool self_check(Contact *c, double dt);
 ParallelLoop self_advance_loop(Contact *c);
 void self_advanced(Contact *c);
 double self_energy(Contact *c, double dt);
+double pair_friction(const Contact *c, const Pair *pair); /* mu */
+/* [m/s] velocity of a mesh at the pair, in the sense of the weights; 0 between cloths */
+Vec3 pair_carried(const Contact *c, const Pair *pair);
 
 /* obstacle_mesh.c: their places; features meet those of the cloth in self.c */
 void mesh_begin(Contact *c);                           /* to where the clocks stand */
 void mesh_demand(Contact *c, int obstacle, double dt); /* after c->next was set */
-/* phi for a mesh, see free_share in obstacle.c */
+/* phi for a mesh, see free_share in obstacle_motion.c */
 double mesh_free_share(const Contact *c, int obstacle, double dt);
 void mesh_move(Contact *c, int obstacle, double phi);
-double pair_friction(const Contact *c, const Pair *pair); /* mu */
-/* [m/s] velocity of a mesh at the pair, in the sense of the weights; 0 between cloths */
-Vec3 pair_carried(const Contact *c, const Pair *pair);
 /* the mesh that a pair is at, or -1 */
 int pair_obstacle(const Contact *c, const Pair *pair);
 /* How far the mesh side of a pair will reach beyond its closest point [m]; `away` is the normal

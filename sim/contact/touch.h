@@ -123,6 +123,7 @@ void obstacle_find(Contact *c, double dt);            /* the touches that are ne
 void obstacle_forget(const Contact *c, Touch *touch); /* its bristles */
 void obstacle_forget_sides(const Contact *c, Touch *touch, unsigned sides);
 int obstacle_remember(const Contact *c, PairMemory *memory, int room);
+ParallelLoop obstacle_advance_loop(Contact *c); /* moves all paths on by this step */
 
 /* obstacle_motion.c */
 void obstacle_place(Contact *c, int obstacle); /* its frame, from its pose */
@@ -134,8 +135,8 @@ double obstacle_reach(const Contact *c, const Touch *touch);
 void obstacle_move(Contact *c, double dt);
 
 /* obstacle.c: forces and guard */
-bool obstacle_pushes(const Contact *c,
-                     const Touch *touch); /* one that is near: its vertex or face */
+/* Does one that is near push, at its vertex or face? */
+bool obstacle_pushes(const Contact *c, const Touch *touch);
 double touch_friction(const Contact *c, const Touch *touch); /* mu */
 void obstacle_create_sides(Contact *c, Arena *arena);
 /* Sides have no bristles but those that are remembered, if any. */
@@ -144,7 +145,6 @@ void obstacle_forces(Contact *c, double dt, double share);
 void obstacle_refresh(Contact *c, double dt);
 void obstacle_impulses(Contact *c, double dt);
 void obstacle_shorten(Contact *c, double dt);
-ParallelLoop obstacle_advance_loop(Contact *c); /* moves all paths on by this step */
 bool obstacle_check(Contact *c, double dt);
 double obstacle_energy(Contact *c, double dt);
 

@@ -40,18 +40,6 @@ static bool is_lattice(const ClothDef *def) {
            (def->shape.kind == SHAPE_RECTANGLE && !def->scattered);
 }
 
-int panel_node_estimate(const ClothDef *def) {
-    if (def->shape.kind == SHAPE_MESH) {
-        return def->shape.mesh->vertex_count;
-    }
-    if (is_lattice(def)) {
-        int nu, nv;
-        lattice_size(def, &nu, &nv);
-        return nu * nv;
-    }
-    return scatter_node_estimate(def);
-}
-
 /* two triangles a cell, diagonals alternate */
 static void lattice_triangles(Panel *p, Arena *arena) {
     int cells = p->wrap ? p->nu : p->nu - 1;

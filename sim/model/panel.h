@@ -51,7 +51,4 @@ int panel_select(const Panel *panel, const HandleDef *handle, unsigned char *mar
  * direction (test_mlpg.c compares promise and truth). 0 when the cloth does not ask. */
 double panel_accurate_spacing(const ClothDef *def);
 
-/* Number of nodes that panel_create would make, for estimates. */
-int panel_node_estimate(const ClothDef *def);
-
 #endif

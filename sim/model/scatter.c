@@ -45,7 +45,7 @@ static double wished_spacing(const ClothDef *def) {
     return extents[0] / fmax(2.0, def->nodes[0] - 1.0);
 }
 
-int scatter_node_estimate(const ClothDef *def) {
+static int estimate_nodes(const ClothDef *def) {
     double h = wished_spacing(def);
     return (int)fmin(1e9, 1.2 * shape_area(&def->shape) / (h * h));
 }
@@ -298,7 +298,7 @@ bool scatter_create(const ClothDef *def, uint64_t seed, Arena *arena, Panel *p, 
     Seeds s = {.shape = &def->shape};
     double h = wished_spacing(def);
     p->h1 = p->h2 = h;
-    if (scatter_node_estimate(def) > PANEL_MOST_NODES) {
+    if (estimate_nodes(def) > PANEL_MOST_NODES) {
         return error_set(error, EXIT_BAD_INPUT, "cloth '%s': more than %d nodes", def->name,
                          PANEL_MOST_NODES);
     }

@@ -9,8 +9,6 @@
  * Errors: EXIT_BAD_INPUT. */
 bool scatter_create(const ClothDef *def, uint64_t seed, Arena *arena, Panel *panel, Error *error);
 
-int scatter_node_estimate(const ClothDef *def);
-
 /* Is the node on that part of the border? Border nodes come first, loop after loop. */
 bool scatter_in_region(const Panel *panel, RegionKind region, int node);
 

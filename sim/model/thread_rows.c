@@ -24,14 +24,13 @@ typedef struct Edges {
 
 /* constants of threads along one axis */
 typedef struct Thread {
-    double h, shortest;             /* [m] rest length, shortest that has a direction */
-    double stiffness;               /* [N/m] of inner springs */
-    double area;                    /* [m2] of inner bends */
-    double first, bend;             /* [N m], [N m2] M = (first - bend K) K before the onset */
-    double slope, step, onset;      /* M = step + slope K beyond */
-    double sharpest, sharpest_half; /* sine of the half turn where K goes on linearly; the turn */
-    double sharpest_slope;          /* dK/dk there */
-    const YarnTable *table;         /* M(K) in place of the above; NULL */
+    double h, shortest;        /* [m] rest length, shortest that has a direction */
+    double stiffness;          /* [N/m] of inner springs */
+    double area;               /* [m2] of inner bends */
+    double first, bend;        /* [N m], [N m2] M = (first - bend K) K before the onset */
+    double slope, step, onset; /* M = step + slope K beyond */
+    double sharpest;           /* sine of the half turn where K goes on linearly */
+    const YarnTable *table;    /* M(K) in place of the above; NULL */
 } Thread;
 
 struct ThreadRows {
@@ -82,7 +81,6 @@ static void push_rows(ThreadRows *r, Arena *arena) {
 
 static Thread thread_of(const ThreadUnits *u, int axis, double stiffness) {
     const YarnCurve *c = &u->bend[axis];
-    double sine = sin(THREAD_SHARPEST_HALF);
     return (Thread){.h = u->spacing[axis],
                     .shortest = THREAD_SHORTEST * u->spacing[axis],
                     .stiffness = stiffness,
@@ -92,9 +90,7 @@ static Thread thread_of(const ThreadUnits *u, int axis, double stiffness) {
                     .slope = c->slope,
                     .step = c->step,
                     .onset = c->onset,
-                    .sharpest = sine,
-                    .sharpest_half = THREAD_SHARPEST_HALF,
-                    .sharpest_slope = 1.0 / cos(THREAD_SHARPEST_HALF),
+                    .sharpest = sin(THREAD_SHARPEST_HALF),
                     .table = c->table};
 }
 

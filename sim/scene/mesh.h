@@ -14,7 +14,6 @@
 #include "sim/base/arena.h"
 
 #define MESH_MOST_TRIANGLES 1000000 /* a scanned body has 200,000; more eat time, not accuracy */
-#define MESH_MOST_FRAMES 100000
 #define MESH_MOST_NOTES 8
 
 /* Which axis of a file points up. */

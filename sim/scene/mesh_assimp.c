@@ -567,7 +567,6 @@ static bool parse(Import *import) {
         return fail(import, "%.200s", aiGetErrorString());
     }
     read_metadata(import);
-    import->reply.animations = (int)import->scene->mNumAnimations;
     if (import->job->animated) {
         if (import->scene->mNumAnimations == 0) {
             return fail(import, "there is no animation in it");

@@ -38,9 +38,8 @@ typedef struct MeshReply {
     uint32_t magic;
     char text[MESH_REPLY_TEXT]; /* why it failed, one sentence; "" when it did not */
     int64_t vertex_count, triangle_count, frame_count;
-    double unit;        /* [m] of the file, as far as it says; 0 */
-    int32_t up;         /* 0 x, 1 y, 2 z, as far as the file says; -1 */
-    int32_t animations; /* in the file */
+    double unit; /* [m] of the file, as far as it says; 0 */
+    int32_t up;  /* 0 x, 1 y, 2 z, as far as the file says; -1 */
 } MeshReply;
 
 /* Parses, writes the reply to `out`. Only in a process of its own: it may crash, loop, or end. */

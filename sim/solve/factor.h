@@ -24,7 +24,6 @@ void factor_solve(Factor *factor, const BlockMatrix *matrix, const double *b, do
 void factor_free(Factor *factor);
 
 double factor_nonzeros(const Factor *factor); /* of L */
-double factor_bytes(const Factor *factor);    /* [byte] CHOLMOD's peak so far */
 const char *factor_version(void);             /* "SuiteSparse 5.12.0, CHOLMOD 3.0.14" */
 
 #endif

@@ -196,8 +196,6 @@ double factor_nonzeros(const Factor *factor) {
     return factor->l->is_super ? (double)factor->l->xsize : factor->common.lnz;
 }
 
-double factor_bytes(const Factor *factor) { return (double)factor->common.memory_usage; }
-
 const char *factor_version(void) {
     static char text[64];
     snprintf(text, sizeof text, "SuiteSparse %d.%d.%d, CHOLMOD %d.%d.%d", SUITESPARSE_MAIN_VERSION,

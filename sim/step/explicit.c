@@ -453,7 +453,6 @@ static bool kill_at_peak(Explicit *e, const ExplicitRun *run, double *kinetic_be
     *share = 1.0;
     if (fell) {
         stop_all(e);
-        result->kills++;
         result->last_kill = *kinetic_before;
         *share = 0.5; /* velocities live at half steps: a full kick would pump */
     }

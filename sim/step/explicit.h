@@ -33,8 +33,8 @@ typedef struct ExplicitResult {
     double blown;        /* [J] that the air gave on faces */
     double contact_energy, elastic; /* [J] at the end */
     double fastest;                 /* [m/s] at any time */
-    int steps, kills;
-    double last_kill; /* [J] kinetic energy at the last kill */
+    int steps;
+    double last_kill; /* [J] kinetic energy when it was taken away last, by kinetic damping */
     ContactStatistics contact;
 } ExplicitResult;
 

@@ -103,7 +103,6 @@ void implicit_destroy(Implicit *implicit) {
     free(implicit);
 }
 
-double implicit_factor_bytes(const Implicit *implicit) { return factor_bytes(implicit->factor); }
 double implicit_nonzeros(const Implicit *implicit) { return factor_nonzeros(implicit->factor); }
 
 void implicit_begin(Implicit *im, const unsigned char *held, const State *start) {
@@ -152,11 +151,11 @@ double implicit_clamp(Implicit *im, const double *x, double *dx, unsigned char *
     if (!im->barrier) {
         return 1.0;
     }
-    ClampReport report = barrier_clamp(im->barrier, x, dx, &clamped);
+    double smallest = barrier_clamp(im->barrier, x, dx, &clamped);
     for (int i = 0; changed && i < im->system->place_count; i++) {
         changed[i] = changed[i] || clamped[i];
     }
-    return report.smallest_share;
+    return smallest;
 }
 
 double implicit_contacts(Implicit *im, const double *x, unsigned char *touching,

@@ -64,8 +64,7 @@ double implicit_residual(Implicit *implicit, const unsigned char *held, const St
 /* What the memory of contact becomes when x is accepted; `state` may be the start of the step. */
 void implicit_store_contact(Implicit *implicit, const double *x, State *state);
 
-double implicit_factor_bytes(const Implicit *implicit); /* [byte] */
-double implicit_nonzeros(const Implicit *implicit);     /* of the factor */
+double implicit_nonzeros(const Implicit *implicit); /* of the factor */
 /* The pieces of one iteration, for benchmarks: each runs once at x. */
 NewtonProblem implicit_problem(Implicit *implicit, const ImplicitTerms *terms,
                                const unsigned char *held, const State *start);
