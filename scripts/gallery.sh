@@ -23,7 +23,7 @@ film() { # SCENE NAME OPTIONS...
 }
 
 for scene in sleeve chiffon tablecloth flag cape skirt breen-cotton breen-polycotton; do run "$scene"; done
-still sleeve sleeve 105
+still sleeve sleeve 130 --camera near --size 960x540
 still chiffon chiffon 70
 still chiffon strain 80 --camera top --look strain-warp --show-scale --title "Silk on a ball" --show-time
 still chiffon tartan-splats 60 --camera flight --look tartan --surface splats
