@@ -8,8 +8,8 @@
 #define UNTANGLED 0.2   /* contact distances that cloth pulled apart is left */
 
 typedef struct Spot {
-    const char *cloth;
-    const double *material; /* (u, v) of a corner of the triangle */
+    const char *cloth, *where; /* in the scene */
+    const double *material;    /* (u, v) of a corner of the triangle */
 } Spot;
 
 static Spot spot_of(const System *system, int place) {
@@ -18,7 +18,8 @@ static Spot spot_of(const System *system, int place) {
         c++;
     }
     const Cloth *cloth = &system->cloths[c];
-    return (Spot){cloth->def->name, cloth->panel.material + 2 * (place - system->first[c])};
+    const char *where = cloth->def->where ? cloth->def->where : system->scene->path;
+    return (Spot){cloth->def->name, where, cloth->panel.material + 2 * (place - system->first[c])};
 }
 
 /* the first triangle of the cloth that crosses a mesh, or of a cloth that is inside as a whole; -1 */
@@ -47,11 +48,12 @@ static bool check_obstacles(const System *system, const State *state, const Cros
                 : crossing_count_solid(cloth, &obstacle->solid, state->contact.poses[o]).first[0];
         if (triangle >= 0) {
             Spot spot = spot_of(system, cloth->triangles[3 * triangle]);
-            return error_set(error, EXIT_BAD_INPUT,
-                             "%s: cloth '%s' crosses obstacle '%s' at the start, first at (%.4g, "
-                             "%.4g) m of its panel",
-                             system->scene->path, spot.cloth, system->scene->obstacles[o].name,
-                             spot.material[0], spot.material[1]);
+            return error_set(
+                error, EXIT_BAD_INPUT,
+                "%s: error: cloth '%s' crosses obstacle '%s' at the start, first at (%.4g, "
+                "%.4g) m of its panel",
+                spot.where, spot.cloth, system->scene->obstacles[o].name, spot.material[0],
+                spot.material[1]);
         }
     }
     return true;
@@ -68,11 +70,10 @@ static bool check_cloth(const System *system, const CrossingMesh *cloth, Arena *
     Spot b = spot_of(system, cloth->triangles[3 * crossings.first[1]]);
     return error_set(
         error, EXIT_BAD_INPUT,
-        "%s: cloth '%s' crosses cloth '%s' at the start too deep to be untangled, first "
+        "%s: error: cloth '%s' crosses cloth '%s' at the start too deep to be untangled, first "
         "at (%.4g, %.4g) m and (%.4g, %.4g) m of their panels; 'solver: {self_contact: "
         "false}' lets it",
-        system->scene->path, a.cloth, b.cloth, a.material[0], a.material[1], b.material[0],
-        b.material[1]);
+        a.where, a.cloth, b.cloth, a.material[0], a.material[1], b.material[0], b.material[1]);
 }
 
 /* the vertex that is deepest in a solid */
@@ -107,16 +108,16 @@ static bool check_depth(const System *system, const Deepest *deepest, const Push
     if (deepest->depth > 0.0) {
         return error_set(
             error, EXIT_BAD_INPUT,
-            "%s: cloth '%s' starts inside obstacle '%s', %.3g mm deep at (%.4g, %.4g) m "
+            "%s: error: cloth '%s' starts inside obstacle '%s', %.3g mm deep at (%.4g, %.4g) m "
             "of its panel; toile moves cloth out by at most %.3g mm",
-            system->scene->path, spot.cloth, system->scene->obstacles[deepest->obstacle].name,
+            spot.where, spot.cloth, system->scene->obstacles[deepest->obstacle].name,
             1e3 * deepest->depth, spot.material[0], spot.material[1], 1e3 * most);
     }
     return error_set(
         error, EXIT_BAD_INPUT,
-        "%s: cloth '%s' is pierced by an obstacle at the start, near (%.4g, %.4g) m of "
+        "%s: error: cloth '%s' is pierced by an obstacle at the start, near (%.4g, %.4g) m of "
         "its panel; to move it out would take more than %.3g mm",
-        system->scene->path, spot.cloth, spot.material[0], spot.material[1], 1e3 * most);
+        spot.where, spot.cloth, spot.material[0], spot.material[1], 1e3 * most);
 }
 
 /* cloth that crosses cloth is pulled apart, as far as that goes */

@@ -90,6 +90,16 @@ static void test_skipped(void **state) {
     assert_null(strstr(text, "skipped: rest curvature"));
 }
 
+/* what a model refuses is said with the place of the cloth */
+static void test_places(void **state) {
+    (void)state;
+    write_scene("rbf.yaml", "", "    bending: rbf\nhandles: [{clamp: sheet.left}]\n");
+    check_toile("check rbf.yaml", 65, "rbf.yaml:4:3: error: cloth 'sheet': a clamp needs");
+    write_scene("inside.yaml", "", "obstacles: {ball: {sphere: {radius: 6 cm}}}\n");
+    check_toile("sim inside.yaml -o inside.run", 65,
+                "inside.yaml:4:3: error: cloth 'sheet' starts inside obstacle 'ball', 60 mm deep");
+}
+
 /* the second of two that would write one run is refused, and the first is not disturbed */
 static void test_two_at_once(void **state) {
     (void)state;
@@ -161,8 +171,8 @@ int main(int argc, char **argv) {
     free(whole);
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_names),       cmocka_unit_test(test_wrong_words),
-        cmocka_unit_test(test_skipped),     cmocka_unit_test(test_two_at_once),
-        cmocka_unit_test(test_full_stdout),
+        cmocka_unit_test(test_skipped),     cmocka_unit_test(test_places),
+        cmocka_unit_test(test_two_at_once), cmocka_unit_test(test_full_stdout),
     };
     return cmocka_run_group_tests_name("front", tests, set_up, tear_down);
 }

@@ -222,6 +222,8 @@ static const BadFile bad_files[] = {
      "nodes-and-spacing.yaml:7:5: error: 'nodes' and 'spacing' exclude each other;"},
     {"nodes-few", EXIT_BAD_INPUT,
      "nodes-few.yaml:6:12: error: too few nodes: a cloth needs 3 in each direction"},
+    {"nodes-few-around", EXIT_BAD_INPUT,
+     "nodes-few-around.yaml:6:12: error: too few nodes: a sleeve needs 5 around and 3 along"},
     {"nodes-negative", EXIT_BAD_INPUT,
      "nodes-negative.yaml:6:12: error: 'nodes' wants two whole numbers such as 60 x"},
     {"nodes-on-disc", EXIT_BAD_INPUT,

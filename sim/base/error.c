@@ -33,6 +33,17 @@ bool error_set_errno(Error *error, ExitCode code, const char *format, ...) {
     return false;
 }
 
+bool error_place(Error *error, const char *where) {
+    if (error && where) {
+        char text[sizeof error->text];
+        snprintf(text, sizeof text, "%s: error: ", where);
+        size_t used = strlen(text);
+        snprintf(text + used, sizeof text - used, "%s", error->text);
+        memcpy(error->text, text, sizeof text);
+    }
+    return false;
+}
+
 _Noreturn void error_assert_failed(const char *expression, const char *file, int line) {
     fprintf(stderr, "toile: a bug in toile: '%s' does not hold at %s:%d\n", expression, file, line);
     fflush(NULL);

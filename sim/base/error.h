@@ -39,6 +39,9 @@ bool error_set(Error *error, ExitCode code, const char *format, ...)
 bool error_set_errno(Error *error, ExitCode code, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
+/* Puts the place before the text: "WHERE: error: ..."; `where` may be NULL. Returns false. */
+bool error_place(Error *error, const char *where);
+
 _Noreturn void error_assert_failed(const char *expression, const char *file, int line);
 
 #define ASSERT(expression)                                                                         \

@@ -90,6 +90,14 @@ static Entry *sorted(const Report *report, const Complaint *newest, int *count) 
     return list;
 }
 
+const char *report_where(const Report *report, Place place) {
+    const char *path = place.source->path;
+    size_t size = strlen(path) + 32;
+    char *where = arena_alloc(report->arena, size);
+    snprintf(where, size, "%s:%d:%d", path, place.line, place.column);
+    return where;
+}
+
 /* where a line starts, or NULL behind the end */
 static const char *find_line(const Source *source, int line) {
     const char *p = source->text, *end = p + source->bytes;

@@ -43,6 +43,9 @@ typedef struct Report {
     Complaint *errors, *warnings; /* newest first */
 } Report;
 
+/* "FILE:LINE:COLUMN", for messages of later stages. */
+const char *report_where(const Report *report, Place place);
+
 /* `code` is EXIT_BAD_INPUT, EXIT_MISSING_INPUT or EXIT_IO. Returns false, always. */
 bool report_error(Report *report, Place place, ExitCode code, const char *format, ...)
     __attribute__((format(printf, 4, 5)));

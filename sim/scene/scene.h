@@ -77,7 +77,7 @@ typedef enum BuckleKind {
 } BuckleKind;
 
 typedef struct ClothDef {
-    const char *name;
+    const char *name, *where; /* where: "FILE:LINE:COLUMN", for messages; NULL: in no file */
     ShapeDef shape;
     Fabric fabric;
     const char *look;  /* name of a look (assets/looks); "teal-twill" */

@@ -8,6 +8,7 @@
 #define LARGEST_SIZE 1e3       /* [m] */
 #define SCATTERED_DIVISIONS 40 /* default spacing = extent / this */
 #define FEWEST_NODES 3         /* in each direction: fewer cannot bend */
+#define FEWEST_AROUND 5        /* of a sleeve: with fewer a stencil meets itself */
 #define MOST_CLOTHS 1000
 
 static const char *const rest_words[] = {"flat", "curved", NULL};
@@ -332,6 +333,11 @@ static bool is_lattice(const ClothDef *cloth) {
            (cloth->shape.kind == SHAPE_RECTANGLE && !cloth->scattered);
 }
 
+/* of a lattice, along u */
+static int fewest_along(const ClothDef *cloth) {
+    return cloth->shape.kind == SHAPE_SLEEVE ? FEWEST_AROUND : FEWEST_NODES;
+}
+
 /* nodes from spacing on a lattice, spacing from the size elsewhere; returns the node count */
 static double choose_nodes(ClothDef *cloth) {
     double extents[2];
@@ -351,7 +357,8 @@ static double choose_nodes(ClothDef *cloth) {
         bool around = cloth->shape.kind == SHAPE_SLEEVE;
         for (int i = 0; i < 2; i++) {
             double count = round(extents[i] / cloth->spacing) + (i == 0 && around ? 0.0 : 1.0);
-            cloth->nodes[i] = (int)fmax(FEWEST_NODES, fmin(count, SCENE_MOST_NODES));
+            int fewest = i == 0 ? fewest_along(cloth) : FEWEST_NODES;
+            cloth->nodes[i] = (int)fmax(fewest, fmin(count, SCENE_MOST_NODES));
         }
     }
     return (double)cloth->nodes[0] * cloth->nodes[1];
@@ -394,10 +401,14 @@ static bool check_counts(Reader *reader, const Yaml *map, ClothDef *cloth) {
     const Yaml *nodes = yaml_find(map, "nodes"), *spacing = yaml_find(map, "spacing");
     const Yaml *place = nodes ? nodes : spacing ? spacing : map->key;
     double *sum = &scene_context(reader)->node_sum, count = choose_nodes(cloth);
-    bool few =
-        is_lattice(cloth) && (cloth->nodes[0] < FEWEST_NODES || cloth->nodes[1] < FEWEST_NODES);
+    int along = fewest_along(cloth);
+    bool few = is_lattice(cloth) && (cloth->nodes[0] < along || cloth->nodes[1] < FEWEST_NODES);
     if (few || count < FEWEST_NODES) {
-        return schema_error(reader, place, "too few nodes: a cloth needs 3 in each direction");
+        return along == FEWEST_AROUND
+                   ? schema_error(reader, place,
+                                  "too few nodes: a sleeve needs 5 around and 3 along")
+                   : schema_error(reader, place,
+                                  "too few nodes: a cloth needs 3 in each direction");
     }
     *sum += count;
     if (*sum > SCENE_MOST_NODES) {
@@ -409,6 +420,7 @@ static bool check_counts(Reader *reader, const Yaml *map, ClothDef *cloth) {
 static bool read_cloth(Reader *reader, const Yaml *map, ClothDef *cloth) {
     *cloth = cloth_default();
     cloth->name = map->key->text;
+    cloth->where = report_where(reader->report, map->key->place);
     cloth->look = scene_context(reader)->look;
     bool ok = name_check(reader, map->key, "a cloth");
     return schema_read(reader, &cloth_schema, map, cloth) && check_ways(reader, map, cloth) &&

@@ -31,7 +31,7 @@ static bool create_cloths(System *system, uint64_t seed, Error *error) {
         Cloth *cloth = &system->cloths[c];
         if (!cloth_create(cloth, &scene->cloths[c], own, own_count, seed + (uint64_t)c,
                           system->arena, error)) {
-            return false;
+            return error_place(error, scene->cloths[c].where);
         }
         system->first[c + 1] = system->first[c] + cloth->node_count + cloth->ghost_count;
         system->node_count += cloth->node_count;
