@@ -1,6 +1,7 @@
 /* Controls: viridis by S. van der Walt and N. Smith (CC0), every 28th of its 256; cool to warm by
  * Moreland 2009, Diverging color maps for scientific visualization, every 4th of its 33. */
 #include "render/colormap.h"
+#include "render/srgb.h"
 
 #include <math.h>
 
@@ -23,20 +24,13 @@ static const double WHITE[3] = {0.95047, 1.0, 1.08883};
 #define LAB_CUT 0.008856451679 /* (6/29)^3: below it the root is a line */
 #define LAB_SLOPE 7.787037037  /* (29/6)^2 / 3 */
 
-static double decode(double code) {
-    return code <= 0.04045 ? code / 12.92 : pow((code + 0.055) / 1.055, 2.4);
-}
-
-static double encode(double light) {
-    double code = light <= 0.0031308 ? 12.92 * light : 1.055 * pow(light, 1.0 / 2.4) - 0.055;
-    return fmin(fmax(code, 0.0), 1.0);
-}
+static double encode(double light) { return fmin(fmax(srgb_code(light), 0.0), 1.0); }
 
 void colormap_lab(const double rgb[3], double lab[3]) {
     static const double m[3][3] = {{0.4124564, 0.3575761, 0.1804375},
                                    {0.2126729, 0.7151522, 0.0721750},
                                    {0.0193339, 0.1191920, 0.9503041}};
-    double light[3] = {decode(rgb[0]), decode(rgb[1]), decode(rgb[2])}, f[3];
+    double light[3] = {srgb_light(rgb[0]), srgb_light(rgb[1]), srgb_light(rgb[2])}, f[3];
     for (int i = 0; i < 3; i++) {
         double x = (m[i][0] * light[0] + m[i][1] * light[1] + m[i][2] * light[2]) / WHITE[i];
         f[i] = x > LAB_CUT ? cbrt(x) : LAB_SLOPE * x + 16.0 / 116.0;

@@ -3,13 +3,13 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 #include <unistd.h>
 
 #include "render/command.h"
 #include "render/gl.h"
 #include "render/sheet.h"
 #include "render/video.h"
+#include "sim/base/clock.h"
 
 #define BENCH_ROUNDS 5 /* each number is the smallest of so many */
 #define BENCH_STAGES (PAINT_STAGE_COUNT + 3)
@@ -22,12 +22,6 @@ typedef struct Bench {
     double still;              /* [s] the same of a frame like the one before */
     int triangles, width, height;
 } Bench;
-
-static double cpu_seconds(void) {
-    struct timespec now;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
 
 static void keep_best(Bench *bench, const DrawTimes *times) {
     double now[PAINT_STAGE_COUNT + 2] = {times->read, times->resample};
@@ -62,24 +56,24 @@ static bool time_encoding(const Bench *bench, Drawer *drawer, int first, int cou
         return error_set_errno(error, EXIT_IO, "%s", path);
     }
     close(file);
-    double start = cpu_seconds(), spent = 0.0;
+    double start = clock_process_seconds(), spent = 0.0;
     Video *video =
         video_create(path, video_format_of(path), bench->width, bench->height, 30.0, false, error);
-    spent += cpu_seconds() - start;
+    spent += clock_process_seconds() - start;
     bool good = video != NULL;
     for (int i = 0; good && i < ENCODE_FRAMES; i++) {
         const Image *image = draw_frame(drawer, first + i % count, error);
-        start = cpu_seconds();
+        start = clock_process_seconds();
         good = image && video_write(video, image, error);
-        spent += cpu_seconds() - start;
+        spent += clock_process_seconds() - start;
     }
-    start = cpu_seconds();
+    start = clock_process_seconds();
     if (good) {
         good = video_close(video, NULL, error);
     } else {
         video_abandon(video);
     }
-    spent += cpu_seconds() - start;
+    spent += clock_process_seconds() - start;
     unlink(path);
     *cost = spent / ENCODE_FRAMES;
     return good;
@@ -91,9 +85,9 @@ static bool time_still(Bench *bench, Drawer *drawer, int frame, Error *error) {
     bool good = draw_frame(drawer, frame, error) != NULL;
     bench->still = INFINITY;
     for (int round = 0; good && round < BENCH_ROUNDS; round++) {
-        double start = cpu_seconds();
+        double start = clock_process_seconds();
         good = draw_frame_key(drawer, frame, &key, error) && draw_frame(drawer, frame, error);
-        bench->still = fmin(bench->still, cpu_seconds() - start);
+        bench->still = fmin(bench->still, clock_process_seconds() - start);
     }
     double encoded = 0.0;
     good = good && time_encoding(bench, drawer, frame, 1, &encoded, error);

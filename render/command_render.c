@@ -1,13 +1,13 @@
 /* render: a run becomes a video, a sequence or a picture. */
 #include <stdio.h>
 #include <string.h>
-#include <time.h>
 
 #include "render/command.h"
 #include "render/interrupt.h"
 #include "render/jobs.h"
 #include "render/output.h"
 #include "render/video.h"
+#include "sim/base/clock.h"
 #include "sim/base/hash.h"
 
 /* What one call of render works on. */
@@ -265,14 +265,8 @@ static ExitCode judge_end(const Job *job, Error *error) {
     return EXIT_OK;
 }
 
-static double wall_seconds(void) {
-    struct timespec time;
-    clock_gettime(CLOCK_MONOTONIC, &time);
-    return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
-}
-
 static bool make_film(Job *job, Error *error) {
-    double start = wall_seconds();
+    double start = clock_seconds();
     bool made;
     job->drawer = command_open(job->options, &job->run, &job->end, error);
     if (!job->drawer || !choose_frames(job, error) || !is_made(job, &made, error)) {
@@ -288,7 +282,7 @@ static bool make_film(Job *job, Error *error) {
             return false;
         }
     }
-    report(job, wall_seconds() - start, made);
+    report(job, clock_seconds() - start, made);
     return true;
 }
 

@@ -2,21 +2,16 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #include "render/between.h"
 #include "render/draw_parts.h"
 #include "render/motion.h"
 #include "render/overlay.h"
+#include "render/srgb.h"
+#include "sim/base/clock.h"
 #include "sim/base/hash.h"
 
 #define DENSITY_MOMENTS 16 /* of a film in which a moving camera is asked how near it comes */
-
-static double cpu_seconds(void) {
-    struct timespec now;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
 
 /* ---- the camera ---- */
 
@@ -94,13 +89,13 @@ static bool find_values(Drawer *drawer, const StateLayout *layout, const StateFr
 /* Paints a moment into the drawer's image. */
 static bool draw_moment(Drawer *drawer, const StateLayout *layout, const StateFrame *frame,
                         Error *error) {
-    double start = cpu_seconds();
+    double start = clock_process_seconds();
     const Surface *surface = resample_frame(drawer->resampler, layout, frame->x);
     if (!find_values(drawer, layout, frame, error)) {
         return false;
     }
     if (drawer->times) {
-        drawer->times->resample += cpu_seconds() - start;
+        drawer->times->resample += clock_process_seconds() - start;
     }
     if (camera_moves(&drawer->film)) {
         Camera camera = camera_of(drawer, layout, frame);
@@ -117,8 +112,7 @@ static void add_light(const Image *image, float *sum) {
     static float light[256];
     if (light[255] == 0.0f) {
         for (int i = 0; i < 256; i++) {
-            double code = i / 255.0;
-            light[i] = (float)(code <= 0.04045 ? code / 12.92 : pow((code + 0.055) / 1.055, 2.4));
+            light[i] = (float)srgb_light(i / 255.0);
         }
     }
     size_t count = (size_t)image->width * (size_t)image->height;
@@ -133,8 +127,7 @@ static void set_mean(const float *sum, int samples, Image *image) {
     size_t count = (size_t)image->width * (size_t)image->height;
     for (size_t i = 0; i < count; i++) {
         for (int k = 0; k < 3; k++) {
-            double x = (double)sum[3 * i + k] / samples;
-            double code = x <= 0.0031308 ? 12.92 * x : 1.055 * pow(x, 1.0 / 2.4) - 0.055;
+            double code = srgb_code((double)sum[3 * i + k] / samples);
             image->rgba[IMAGE_CHANNELS * i + k] = (uint8_t)(255.0 * code + 0.5);
         }
     }
@@ -238,7 +231,7 @@ const Image *draw_frame(Drawer *drawer, int index, Error *error) {
     StateFrame frame;
     StateLayout layout;
     int layout_index;
-    double start = cpu_seconds();
+    double start = clock_process_seconds();
     if (!state_read_frame(drawer->run->reader, index, &frame, &layout, &layout_index, error)) {
         return NULL;
     }
@@ -253,7 +246,7 @@ const Image *draw_frame(Drawer *drawer, int index, Error *error) {
     }
     use_layout(drawer, &layout, layout_index);
     if (drawer->times) {
-        drawer->times->read += cpu_seconds() - start;
+        drawer->times->read += clock_process_seconds() - start;
         drawer->times->frames++;
     }
     ArenaMark mark = arena_mark(&drawer->scratch);

@@ -1,8 +1,8 @@
 #include "render/gaps.h"
 
 #include <math.h>
-#include <time.h>
 
+#include "sim/base/clock.h"
 #include "sim/geom/box_tree.h"
 #include "sim/geom/closest.h"
 #include "sim/geom/smooth.h"
@@ -25,12 +25,6 @@ typedef struct Search {
     int count;
     double *spacing, *period; /* [m] (cloth_count) */
 } Search;
-
-static double seconds_now(void) {
-    struct timespec now;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
 
 /* [m] mean distance of neighbours of a cloth, and its extent along u where it is closed */
 static double spacing_of(const StateLayout *layout, int cloth, double *period) {
@@ -216,11 +210,11 @@ Gaps gaps_measure(const StateHeader *header, const StateLayout *layout, const St
         smooth[c] = smooth_create(layout->material + 2 * (size_t)begin, count, s.spacing[c],
                                   s.period[c], scratch);
     }
-    double start = seconds_now();
+    double start = clock_process_seconds();
     state_surface(layout, frame->x, surface);
     s.count = find_points(header, layout, frame, reach, s.points);
     search_triangles(&s, scratch);
-    double middle = seconds_now();
+    double middle = clock_process_seconds();
     for (int i = 0; i < s.count; i++) {
         if (isfinite(s.points[i].distance)) {
             gaps.points++;
@@ -232,7 +226,7 @@ Gaps gaps_measure(const StateHeader *header, const StateLayout *layout, const St
     }
     int inside = gaps.points - gaps.outside;
     gaps.mean = inside > 0 ? sqrt(gaps.mean / inside) : 0.0;
-    gaps.seconds[0] = middle - start, gaps.seconds[1] = seconds_now() - middle;
+    gaps.seconds[0] = middle - start, gaps.seconds[1] = clock_process_seconds() - middle;
     arena_rewind(scratch, mark);
     return gaps;
 }

@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "render/image.h"
+#include "render/srgb.h"
 #include "sim/base/vec.h"
 
 #define MOST_TAPS 64
@@ -41,10 +42,6 @@ static const double to_xyz[3][3] = {
     {10135552.0 / 24577794.0, 8788810.0 / 24577794.0, 4435075.0 / 24577794.0},
     {2613072.0 / 12288897.0, 8788810.0 / 12288897.0, 887015.0 / 12288897.0},
     {1425312.0 / 73733382.0, 8788810.0 / 73733382.0, 70074185.0 / 73733382.0}};
-
-static double linear_of(double s) {
-    return s <= 0.04045 ? s / 12.92 : pow((s + 0.055) / 1.055, 2.4);
-}
 
 /* XYZ over the white of the screen. */
 static void find_xyz(const double rgb[3], double xyz[3]) {
@@ -98,7 +95,7 @@ static Planes create_planes(const Image *image) {
     Planes planes = {image->width, image->height, {NULL}};
     double curve[256];
     for (int i = 0; i < 256; i++) {
-        curve[i] = linear_of(i / 255.0);
+        curve[i] = srgb_light(i / 255.0);
     }
     for (int k = 0; k < 3; k++) {
         planes.plane[k] = new_plane(image);

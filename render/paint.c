@@ -2,9 +2,9 @@
 
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #include "render/passes.h"
+#include "sim/base/clock.h"
 
 #define CASTERS_REACH 4.0 /* of the scale: casters farther from the target get no shadow */
 
@@ -171,17 +171,11 @@ static FrameView look_at_frame(Painter *painter, const Surface *surface, const P
     return view;
 }
 
-static double cpu_seconds(void) {
-    struct timespec now;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
-
 /* Adds the time since *start to a stage, when somebody measures. */
 static void account(Painter *painter, PaintStage stage, double *start) {
     if (painter->times) {
         gl.Finish();
-        double now = cpu_seconds();
+        double now = clock_process_seconds();
         painter->times[stage] += now - *start;
         *start = now;
     }
@@ -194,7 +188,7 @@ static void read_picture(Painter *painter, Image *image) {
 }
 
 void paint_frame(Painter *painter, const Surface *surface, const Pose *poses, Image *image) {
-    double start = painter->times ? cpu_seconds() : 0.0;
+    double start = painter->times ? clock_process_seconds() : 0.0;
     FrameView view = look_at_frame(painter, surface, poses);
     buffers_upload_cloth(painter, surface);
     gl.BindBuffer(GL_UNIFORM_BUFFER, painter->stage_block);

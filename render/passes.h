@@ -138,14 +138,15 @@ void passes_scissor_off(void);
 /* [m] box around a prop in the world; empty when it is hidden. */
 StageBox passes_prop_box(const Painter *painter, int prop, Pose pose);
 
-void pass_shadow(Painter *painter, const FrameView *view);
-void pass_depth(Painter *painter, const FrameView *view);
-void pass_occlusion(Painter *painter, const FrameView *view);
-void pass_backdrop(Painter *painter, const FrameView *view);
-void pass_gbuffer(Painter *painter, const FrameView *view);
-void pass_cloth(Painter *painter, const FrameView *view);
-void pass_props(Painter *painter, const FrameView *view);
-void pass_composite(Painter *painter);
+/* In this order; targets that each fills, from those before it. */
+void pass_shadow(Painter *painter, const FrameView *view);    /* shadow: all that is not sheer */
+void pass_depth(Painter *painter, const FrameView *view);     /* depth, linear: likewise, coarse */
+void pass_occlusion(Painter *painter, const FrameView *view); /* occlusion, and softened */
+void pass_backdrop(Painter *painter, const FrameView *view);  /* backdrop: still, with shadows */
+void pass_gbuffer(Painter *painter, const FrameView *view);   /* words, layer_depth: what is seen */
+void pass_cloth(Painter *painter, const FrameView *view);     /* layer: the cloths in it, shaded */
+void pass_props(Painter *painter, const FrameView *view);     /* layer: the obstacles */
+void pass_composite(Painter *painter);                        /* picture: layer over backdrop */
 /* The program and the constants that shade a cloth. */
 void passes_use_cloth(const Painter *painter, int cloth);
 /* Stencil value of a cloth; 0 is nothing, the obstacles come after the cloths. Splats whose back is

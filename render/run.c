@@ -9,6 +9,7 @@
 #include <time.h>
 
 #include "render/interrupt.h"
+#include "sim/base/clock.h"
 #include "sim/base/hash.h"
 
 #define POLL_SECONDS 0.05  /* between two looks at a growing file */
@@ -16,12 +17,6 @@
 #define OBSTACLE_REACH 0.3 /* of the cloth's extent: how much of an obstacle around it is framed */
 
 RunDef run_default(void) { return (RunDef){.patience = 60.0}; }
-
-static double now(void) {
-    struct timespec time;
-    clock_gettime(CLOCK_MONOTONIC, &time);
-    return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
-}
 
 static void pause_a_little(void) {
     struct timespec time = {0, (long)(POLL_SECONDS * 1e9)};
@@ -34,7 +29,7 @@ static bool writer_lives(const Run *run) {
     if (run->def.writer > 0) {
         return kill(run->def.writer, 0) == 0 || errno == EPERM;
     }
-    return now() - run->grown < run->def.patience;
+    return clock_seconds() - run->grown < run->def.patience;
 }
 
 static void find_file(Run *run) {
@@ -44,7 +39,7 @@ static void find_file(Run *run) {
 }
 
 bool run_open(Run *run, const RunDef *def, Error *error) {
-    *run = (Run){.def = *def, .grown = now()};
+    *run = (Run){.def = *def, .grown = clock_seconds()};
     for (;;) {
         Error why = {0};
         bool alive = def->follow && writer_lives(run);
@@ -86,7 +81,7 @@ RunEnd run_wait(Run *run, int index) {
         }
         if (count > run->seen) {
             run->seen = count;
-            run->grown = now();
+            run->grown = clock_seconds();
         } else if (!alive) {
             return RUN_ABANDONED;
         }

@@ -1,4 +1,5 @@
 #include "render/segment.h"
+#include "render/srgb.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -31,8 +32,7 @@ float segment_linear(uint8_t value) {
     static float curve[256];
     if (curve[255] == 0.0f) {
         for (int i = 0; i < 256; i++) {
-            double s = i / 255.0;
-            curve[i] = (float)(s <= 0.04045 ? s / 12.92 : pow((s + 0.055) / 1.055, 2.4));
+            curve[i] = (float)srgb_light(i / 255.0);
         }
     }
     return curve[value];

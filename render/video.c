@@ -1,4 +1,5 @@
 #include "render/video.h"
+#include "render/srgb.h"
 
 #include <libavcodec/avcodec.h>
 #include <libavfilter/avfilter.h>
@@ -333,8 +334,7 @@ struct VideoReader {
 /* The light from which on each code of sRGB is the nearest; the first is 1. */
 static void find_steps(float steps[255]) {
     for (int i = 0; i < 255; i++) {
-        double code = (i + 0.5) / 255.0;
-        steps[i] = (float)(code <= 0.04045 ? code / 12.92 : pow((code + 0.055) / 1.055, 2.4));
+        steps[i] = (float)srgb_light((i + 0.5) / 255.0);
     }
 }
 

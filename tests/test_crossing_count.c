@@ -2,8 +2,8 @@
  * inside a solid against many points of each, and what it costs. */
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
+#include "sim/base/clock.h"
 #include "sim/base/hash.h"
 #include "sim/geom/crossing.h"
 #include "tests/support/check.h"
@@ -271,12 +271,6 @@ static void test_solid_touching(void **unused) {
 
 /* ---- cost ---- */
 
-static double cpu_seconds(void) {
-    struct timespec now;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
-
 /* Smallest CPU time of some rounds: the sheet with itself and with a ball. */
 static double cost(Sheet *sheet, int n, Place *place) {
     const Solid ball = {SOLID_SPHERE, {0, 0, 0}, 0.3};
@@ -284,10 +278,10 @@ static double cost(Sheet *sheet, int n, Place *place) {
     double best = INFINITY;
     sheet_place(sheet, n, place);
     for (int round = 0; round < 5; round++) {
-        double start = cpu_seconds();
+        double start = clock_process_seconds();
         crossing_count_self(&sheet->mesh, &arena);
         crossing_count_solid(&sheet->mesh, &ball, pose_identity());
-        best = fmin(best, cpu_seconds() - start);
+        best = fmin(best, clock_process_seconds() - start);
     }
     arena_free(&arena);
     return best;

@@ -3,9 +3,9 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/resource.h>
-#include <time.h>
 #include <unistd.h>
 
+#include "sim/base/clock.h"
 #include "sim/scene/mesh_import.h"
 #include "tests/support/check.h"
 #include "tests/support/meshes.h"
@@ -22,12 +22,6 @@ static char folder[] = "/tmp/toile_test_mesh_bad_XXXXXX";
 static int file_count, refused_count;
 static double slowest, patience = 1.0; /* [s] */
 
-static double now(void) {
-    struct timespec time;
-    clock_gettime(CLOCK_MONOTONIC, &time);
-    return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
-}
-
 /* Imports what is in the folder under `name`. A refusal says why, in the words `message` when these
  * are given ("": it is accepted); NULL: either is right. */
 static void try_name(const char *name, bool animated, const char *message) {
@@ -40,9 +34,9 @@ static void try_name(const char *name, bool animated, const char *message) {
     def.path = path;
     def.animated = animated;
     def.patience = patience;
-    double start = now();
+    double start = clock_seconds();
     bool good = mesh_import(&def, &arena, &mesh, &error);
-    double seconds = now() - start;
+    double seconds = clock_seconds() - start;
     slowest = fmax(slowest, seconds);
     CHECK_AT_MOST(seconds, patience + SLACK);
     file_count++;

@@ -1,25 +1,19 @@
 #include "sim/base/progress.h"
+#include "sim/base/clock.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 #include <unistd.h>
 
 #define PLAIN_INTERVAL 10.0   /* [s] between plain lines */
 #define TERMINAL_INTERVAL 0.1 /* [s] between redraws */
 #define BAR_WIDTH 30
 
-static double now(void) {
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
 Progress progress_start(const char *stage, ProgressKind kind, int first, int total) {
     const char *term = getenv("TERM");
     bool terminal = isatty(STDERR_FILENO) && term && strcmp(term, "dumb") != 0;
-    double start = now();
+    double start = clock_seconds();
     return (Progress){.stage = stage,
                       .kind = kind,
                       .total = total,
@@ -40,7 +34,7 @@ static void show_bar(const Progress *p, int done, double rate, double left, cons
 }
 
 void progress_show(Progress *p, int done, const char *detail) {
-    double time = now(), since = time - p->last;
+    double time = clock_seconds(), since = time - p->last;
     bool last = done >= p->total;
     double rate = (done - p->first) / (time - p->start + 1e-9);
     double left = rate > 0.0 ? (p->total - done) / rate : 0.0;

@@ -14,9 +14,9 @@
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
-#include <time.h>
 #include <unistd.h>
 
+#include "sim/base/clock.h"
 #include "sim/base/vec.h"
 #include "sim/scene/mesh_assimp.h"
 
@@ -176,18 +176,12 @@ static pid_t start_child(const MeshJob *job, int *in, Error *error) {
     return child;
 }
 
-static double now(void) {
-    struct timespec time;
-    clock_gettime(CLOCK_MONOTONIC, &time);
-    return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
-}
-
 typedef enum Reading { READ_ALL, READ_ENDED, READ_LATE } Reading;
 
 static Reading receive(int in, double deadline, void *to, size_t bytes) {
     char *at = to;
     while (bytes > 0) {
-        double left = deadline - now();
+        double left = deadline - clock_seconds();
         struct pollfd wait = {in, POLLIN, 0};
         if (left <= 0.0) {
             return READ_LATE;
@@ -308,7 +302,8 @@ static bool run_job(const MeshImportDef *def, const MeshJob *job, const Format *
     if (child < 0) {
         return false;
     }
-    bool good = receive_mesh(in, now() + def->patience, job, scratch, mesh, &reply, error);
+    bool good =
+        receive_mesh(in, clock_seconds() + def->patience, job, scratch, mesh, &reply, error);
     close(in);
     kill(child, SIGKILL);
     while (waitpid(child, NULL, 0) < 0 && errno == EINTR) {

@@ -8,6 +8,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "sim/base/clock.h"
 #include "sim/base/parallel.h"
 
 static FILE *results;
@@ -41,11 +42,7 @@ void bench_write(BenchRow row) {
     fflush(stdout);
 }
 
-double bench_cpu(void) {
-    struct timespec now;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
+double bench_cpu(void) { return clock_process_seconds(); }
 
 double bench_peak_memory(const char *stepper) {
     fflush(NULL);

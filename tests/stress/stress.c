@@ -6,8 +6,8 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
+#include "sim/base/clock.h"
 #include "sim/base/hash.h"
 #include "sim/base/parallel.h"
 #include "tests/support/cloths.h"
@@ -84,12 +84,6 @@ static void abuse(const StressCase *c, const System *system, State *s) {
             break;
         }
     }
-}
-
-static double cpu_now(void) {
-    struct timespec now;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
 static bool all_finite(const System *system, const State *s) {
@@ -225,9 +219,9 @@ static bool run_case(const Trial *t, FILE *table) {
     long crossings = 0;
     bool ok = true;
     for (; ok && done < frames; done += ok) {
-        double start = cpu_now();
+        double start = clock_process_seconds();
         ok = stepper->advance(&b.system, data, &s, (done + 1) / pace.rate, &statistics, &error);
-        cpu += cpu_now() - start;
+        cpu += clock_process_seconds() - start;
         if (b.scene.solver.self_contact && all_finite(&b.system, &s)) {
             crossings += system_crossings(&b.system, &s);
         }
