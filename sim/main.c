@@ -299,8 +299,13 @@ static int finish_run(Sim *sim, const char *scene_path, const Arguments *a, bool
         return EXIT_OK;
     }
     if (error->code == EXIT_INTERRUPTED) {
-        fprintf(stderr, "toile: stopped after frame %d; go on with: toile sim %s -o %s --resume\n",
+        fprintf(stderr,
+                "toile: stopped after frame %d; go on with: toile sim '%s' -o '%s' --resume",
                 sim->frame, scene_path, a->output);
+        if (a->options.seed != sim_options_default().seed) {
+            fprintf(stderr, " --seed %llu", (unsigned long long)a->options.seed);
+        }
+        fputc('\n', stderr);
         return EXIT_INTERRUPTED;
     }
     return fail(error);
