@@ -83,7 +83,11 @@ int main(int argc, char **argv) {
     }
     fclose(results);
     if (!ran) {
-        fprintf(stderr, "bench: no suite '%s'\n", wanted);
+        fprintf(stderr, "bench: no suite '%s'; there are: all", wanted);
+        for (const BenchSuite *const *suite = suites; *suite; suite++) {
+            fprintf(stderr, ", %s", (*suite)->name);
+        }
+        fputc('\n', stderr);
     }
     return ran ? 0 : 2;
 }
