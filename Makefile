@@ -110,12 +110,15 @@ help:
 	@echo "make            build both programs (config=release|debug|sanitize|coverage)"
 	@echo "make demo       set up, build, film the twisting sleeve into build/demo/"
 	@echo "make test       set up, build, run every test (T=name: one of tests/test_name.c)"
+	@echo "make unit T=name  one test program, without set-up"
 	@echo "make check      layers, sizes, format, clang-tidy, cppcheck, tests"
 	@echo "make sanitize   the tests under AddressSanitizer and UBSan"
 	@echo "make bench      run time against error: build/bench/ (SUITE=name: one suite)"
 	@echo "make stress     abuse: build/stress/stress.csv"
 	@echo "make fuzz       fuzz the readers of scenes, states, meshes (SECONDS=60 each)"
 	@echo "make coverage   line coverage of the tests"
+	@echo "make format     clang-format over everything"
+	@echo "make golden-accept  new golden pictures, when they should change (CONTRIBUTING.md)"
 	@echo "make film SCENE=assets/scenes/hanging.yaml"
 
 setup:

@@ -112,7 +112,7 @@ void plan_print(const Sim *sim, FILE *out, bool json) {
     fprintf(out, "  stepper: %s (%s), step %.3g ms\n", sim->stepper->name, sim->stepper_why,
             1e3 * cost.step);
     if (!sim->stepper->implicit) {
-        fprintf(out, "  sweep: %s\n", sweep_kernel_best()->name);
+        fprintf(out, "  vector code: %s\n", sweep_kernel_best()->name);
     }
     print_skipped(sim, out);
     fprintf(out, "  estimate: %.*f CPU s, %.0f MB\n", cost.seconds < 10.0 ? 1 : 0, cost.seconds,
