@@ -7,6 +7,7 @@
 #include "render/command.h"
 #include "render/drape_report.h"
 #include "render/interrupt.h"
+#include "sim/base/memory.h"
 
 typedef struct Measured {
     Drape drape;
@@ -143,9 +144,8 @@ static bool measure_all(const Options *options, Measured *measured, Drape *drape
 
 ExitCode command_drape(const Options *options, Error *error) {
     size_t count = (size_t)options->argument_count;
-    Measured *measured = calloc(count, sizeof *measured);
-    Drape *drapes = calloc(count, sizeof *drapes);
-    ASSERT(measured && drapes);
+    Measured *measured = memory_zeroed(count, sizeof *measured);
+    Drape *drapes = memory_zeroed(count, sizeof *drapes);
     Arena arena = {0};
     bool good = measure_all(options, measured, drapes, &arena, error);
     arena_free(&arena);

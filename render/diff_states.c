@@ -5,6 +5,7 @@
 
 #include "render/diff.h"
 #include "render/drape.h"
+#include "sim/base/memory.h"
 #include "sim/state/state.h"
 
 typedef struct Side {
@@ -34,8 +35,7 @@ static bool read_side(Side *side, int index, Error *error) {
     if (side->layout.vertex_count > side->room) {
         free(side->surface);
         side->room = side->layout.vertex_count;
-        side->surface = malloc(3 * sizeof *side->surface * (size_t)side->room);
-        ASSERT(side->surface);
+        side->surface = memory_new(3 * sizeof *side->surface * (size_t)side->room);
     }
     state_surface(&side->layout, side->frame.x, side->surface);
     return true;

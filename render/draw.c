@@ -7,6 +7,7 @@
 
 #include "render/gl.h"
 #include "sim/base/hash.h"
+#include "sim/base/memory.h"
 
 #define DRAW_VERSION 3 /* raised when the C code changes what pictures look like */
 
@@ -168,8 +169,7 @@ bool draw_start_painter(Drawer *drawer, Error *error) {
 }
 
 Drawer *draw_create(Run *run, const DrawDef *def, Error *error) {
-    Drawer *drawer = calloc(1, sizeof *drawer);
-    ASSERT(drawer);
+    Drawer *drawer = memory_zeroed(1, sizeof *drawer);
     drawer->run = run;
     drawer->def = *def;
     drawer->def.film = NULL;

@@ -16,6 +16,7 @@
 #include "render/export.h"
 #include "render/json.h"
 #include "render/look.h"
+#include "sim/base/memory.h"
 
 #define MOST_BYTES 3.0e9 /* of shapes held in memory, and of the file (its lengths are 32 bits) */
 #define FLOAT_TYPE 5126
@@ -335,9 +336,9 @@ static bool finish(Export *export, Error *error) {
         return false;
     }
     plan_views(export, begin);
-    gltf->bytes = calloc(1, gltf->size);
+    gltf->bytes = memory_zeroed(1, gltf->size);
     gltf->json = open_memstream(&text, &length);
-    ASSERT(gltf->bytes && gltf->json);
+    ASSERT(gltf->json);
     write_text(export, begin);
     fclose(gltf->json);
     write_chunks(gltf, text, length);

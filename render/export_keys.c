@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "render/export.h"
+#include "sim/base/memory.h"
 
 typedef struct Shapes {
     const float *x;
@@ -55,10 +56,10 @@ static void update(const Shapes *shapes, Chain *chain, int frame_count, int i) {
 double export_choose_keys(const float *x, const double *times, int frame_count, size_t number_count,
                           int keep, int *chosen) {
     Shapes shapes = {x, times, number_count};
-    Chain chain = {calloc((size_t)frame_count, sizeof(int)),
-                   calloc((size_t)frame_count, sizeof(int)),
-                   calloc((size_t)frame_count, sizeof(double))};
-    ASSERT(chain.before && chain.after && chain.cost && keep >= 2 && keep <= frame_count);
+    Chain chain = {memory_zeroed((size_t)frame_count, sizeof(int)),
+                   memory_zeroed((size_t)frame_count, sizeof(int)),
+                   memory_zeroed((size_t)frame_count, sizeof(double))};
+    ASSERT(keep >= 2 && keep <= frame_count);
     for (int i = 0; i < frame_count; i++) {
         chain.before[i] = i - 1;
         chain.after[i] = i + 1;

@@ -2,12 +2,12 @@
 
 #include <stdlib.h>
 
+#include "sim/base/memory.h"
+
 Image image_create(int width, int height) {
-    Image image = {.width = width,
+    return (Image){.width = width,
                    .height = height,
-                   .rgba = calloc((size_t)width * (size_t)height, IMAGE_CHANNELS)};
-    ASSERT(image.rgba);
-    return image;
+                   .rgba = memory_zeroed((size_t)width * (size_t)height, IMAGE_CHANNELS)};
 }
 
 void image_free(Image *image) {

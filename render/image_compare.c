@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "render/image.h"
+#include "sim/base/memory.h"
 
 #define WINDOW 11
 #define SIGMA 1.5
@@ -61,9 +62,8 @@ static double compare_structure(const Image *a, const Image *b) {
     }
     double window[WINDOW], sum = 0.0;
     size_t row = MOMENTS * (size_t)width;
-    double *raw = malloc(sizeof *raw * row);
-    double *rows = calloc(row * WINDOW, sizeof *rows); /* the last WINDOW blurred rows */
-    ASSERT(raw && rows);
+    double *raw = memory_new(sizeof *raw * row);
+    double *rows = memory_zeroed(row * WINDOW, sizeof *rows); /* the last WINDOW blurred rows */
     find_window(window);
     for (int y = 0; y < height; y++) {
         blur_row(a, b, y, window, raw, rows + row * (size_t)(y % WINDOW));

@@ -5,18 +5,18 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "sim/base/memory.h"
+
 ExrPicture exr_create(int width, int height) {
     size_t count = (size_t)width * (size_t)height;
     ExrPicture picture = {.width = width,
                           .height = height,
-                          .rgba = calloc(4 * count, sizeof(float)),
-                          .depth = calloc(count, sizeof(float)),
-                          .normal = calloc(3 * count, sizeof(float)),
-                          .motion = calloc(2 * count, sizeof(float)),
-                          .uv = calloc(2 * count, sizeof(float)),
-                          .id = calloc(count, sizeof(uint32_t))};
-    ASSERT(picture.rgba && picture.depth && picture.normal && picture.motion && picture.uv &&
-           picture.id);
+                          .rgba = memory_zeroed(4 * count, sizeof(float)),
+                          .depth = memory_zeroed(count, sizeof(float)),
+                          .normal = memory_zeroed(3 * count, sizeof(float)),
+                          .motion = memory_zeroed(2 * count, sizeof(float)),
+                          .uv = memory_zeroed(2 * count, sizeof(float)),
+                          .id = memory_zeroed(count, sizeof(uint32_t))};
     return picture;
 }
 
@@ -260,7 +260,7 @@ static double difference(float a, float b) {
 
 static bool compare_channels(const Reader *a, const Reader *b, double *largest) {
     size_t count = (size_t)a->width * (size_t)a->height;
-    float *of_a = calloc(count, sizeof *of_a), *of_b = calloc(count, sizeof *of_b);
+    float *of_a = memory_zeroed(count, sizeof *of_a), *of_b = memory_zeroed(count, sizeof *of_b);
     bool good = of_a && of_b;
     *largest = 0.0;
     for (int c = 0; good && c < a->channels->num_channels; c++) {

@@ -10,6 +10,7 @@
 
 #include "render/image.h"
 #include "render/srgb.h"
+#include "sim/base/memory.h"
 #include "sim/base/vec.h"
 
 #define MOST_TAPS 64
@@ -31,8 +32,7 @@ typedef struct Planes {
 } Planes;
 
 static float *new_plane(const Image *image) {
-    float *plane = calloc((size_t)image->width * (size_t)image->height, sizeof *plane);
-    ASSERT(plane);
+    float *plane = memory_zeroed((size_t)image->width * (size_t)image->height, sizeof *plane);
     return plane;
 }
 
@@ -177,8 +177,7 @@ static void blur_plane(Planes *planes, int k, float *scratch[2]) {
         weights[i] = a[k][i] * sqrt(PI / b[k][i]) * sum * sum;
         total += weights[i];
     }
-    float *result = malloc(sizeof *result * count);
-    ASSERT(result);
+    float *result = memory_new(sizeof *result * count);
     filter(planes->plane[k], planes->width, planes->height, &kernels[0], &kernels[0], scratch[0],
            result);
     if (weights[1] > 0.0) {
@@ -230,8 +229,7 @@ static void find_features(const Planes *planes, int order, float *scratch[2], fl
 /* Largest difference of edges and of points, 0..1, to the power q_f. */
 static void compare_features(const Planes *a, const Planes *b, float *scratch[2], float *out) {
     size_t count = (size_t)a->width * (size_t)a->height;
-    float *of_a = calloc(count, sizeof *of_a), *of_b = calloc(count, sizeof *of_b);
-    ASSERT(of_a && of_b);
+    float *of_a = memory_zeroed(count, sizeof *of_a), *of_b = memory_zeroed(count, sizeof *of_b);
     memset(out, 0, sizeof *out * count);
     for (int order = 1; order <= 2; order++) {
         find_features(a, order, scratch, of_a);

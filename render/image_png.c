@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "render/image.h"
+#include "sim/base/memory.h"
 
 #define COMPRESSION_LEVEL 1 /* zlib: 7 times faster than the default, 15 % larger */
 #define LARGEST_SIDE 32768  /* [px] of a picture that is read */
@@ -58,8 +59,8 @@ bool image_put_png(FILE *out, const Image *image, const ImageText *texts, int te
     PngWriter writer = {.file = out};
     writer.png = png_create_write_struct(PNG_LIBPNG_VER_STRING, NULL, NULL, NULL);
     writer.info = writer.png ? png_create_info_struct(writer.png) : NULL;
-    writer.row = malloc(IMAGE_CHANNELS * (size_t)image->width);
-    ASSERT(writer.info && writer.row);
+    writer.row = memory_new(IMAGE_CHANNELS * (size_t)image->width);
+    ASSERT(writer.info);
     bool good = write_rows(&writer, image, texts, text_count);
     png_destroy_write_struct(&writer.png, &writer.info);
     free(writer.row);
@@ -119,8 +120,7 @@ static bool read_rows(PngReader *reader, Image *image) {
         png_error(png, "it has too many pixels");
     }
     *image = image_create((int)width, (int)height);
-    reader->rows = malloc(sizeof *reader->rows * (size_t)image->height);
-    ASSERT(reader->rows);
+    reader->rows = memory_new(sizeof *reader->rows * (size_t)image->height);
     for (int y = 0; y < image->height; y++) {
         reader->rows[y] = image->rgba + (size_t)y * image->width * IMAGE_CHANNELS;
     }
@@ -194,9 +194,8 @@ static bool read_deep_rows(PngReader *reader, DeepImage *image) {
     }
     image->width = (int)width;
     image->height = (int)height;
-    image->rgba = calloc(width * height * IMAGE_CHANNELS, sizeof *image->rgba);
-    reader->rows = malloc(sizeof *reader->rows * height);
-    ASSERT(image->rgba && reader->rows);
+    image->rgba = memory_zeroed(width * height * IMAGE_CHANNELS, sizeof *image->rgba);
+    reader->rows = memory_new(sizeof *reader->rows * height);
     for (uint64_t y = 0; y < height; y++) {
         reader->rows[y] = (png_bytep)(image->rgba + y * width * IMAGE_CHANNELS);
     }

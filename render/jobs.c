@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "render/interrupt.h"
+#include "sim/base/memory.h"
 
 /* While the parent writes one picture, its process draws the next. */
 #define SLOTS 2
@@ -134,8 +135,8 @@ static bool start_worker(Jobs *jobs, const Options *options, Error *error) {
 }
 
 Jobs *jobs_start(const Options *options, int count, int width, int height, Error *error) {
-    Jobs *jobs = calloc(1, sizeof *jobs);
-    ASSERT(jobs && count > 0 && count <= JOBS_MOST);
+    Jobs *jobs = memory_zeroed(1, sizeof *jobs);
+    ASSERT(count > 0 && count <= JOBS_MOST);
     jobs->width = width;
     jobs->height = height;
     jobs->clear = options->clear;

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "render/camera_fit.h"
+#include "sim/base/memory.h"
 
 typedef struct Corner {
     double x, y;   /* [px] */
@@ -140,8 +141,7 @@ static void fill_obstacles(const MotionDef *def, ExrPicture *picture) {
 
 void motion_fill(const MotionDef *def, ExrPicture *picture) {
     size_t count = (size_t)picture->width * (size_t)picture->height;
-    float *depth = malloc(count * sizeof *depth); /* how near the nearest is */
-    ASSERT(depth);
+    float *depth = memory_new(count * sizeof *depth); /* how near the nearest is */
     for (size_t i = 0; i < count; i++) {
         depth[i] = -INFINITY;
     }

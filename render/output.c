@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include "render/file.h"
+#include "sim/base/memory.h"
 
 #define QUEUE_FRAMES 3 /* pictures between drawing and encoding */
 #define SEQUENCE_NAME "%04d.png"
@@ -193,8 +194,7 @@ Output *output_create(const OutputDef *def, Error *error) {
     if (def->kind == OUTPUT_SEQUENCE && !file_create_folders(def->path, error)) {
         return NULL;
     }
-    Output *output = calloc(1, sizeof *output);
-    ASSERT(output);
+    Output *output = memory_zeroed(1, sizeof *output);
     output->def = *def;
     if (def->kind == OUTPUT_VIDEO) {
         snprintf(output->part, sizeof output->part, "%s.part", def->path);

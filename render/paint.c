@@ -5,6 +5,7 @@
 
 #include "render/passes.h"
 #include "sim/base/clock.h"
+#include "sim/base/memory.h"
 
 #define CASTERS_REACH 4.0 /* of the scale: casters farther from the target get no shadow */
 
@@ -32,8 +33,7 @@ const Quality *quality_find(const char *name) {
 /* Pictures from outside: rows go up in textures. */
 static GLuint texture_of(const Image *image, bool repeats) {
     size_t row = IMAGE_CHANNELS * (size_t)image->width;
-    uint8_t *rows = malloc(row * (size_t)image->height);
-    ASSERT(rows);
+    uint8_t *rows = memory_new(row * (size_t)image->height);
     for (int y = 0; y < image->height; y++) {
         memcpy(rows + row * (size_t)(image->height - 1 - y), image->rgba + row * (size_t)y, row);
     }
@@ -57,8 +57,7 @@ Painter *paint_create(const PaintDef *def, Error *error) {
                   def->cloth_count + def->prop_count, PAINT_MOST_THINGS);
         return NULL;
     }
-    Painter *painter = calloc(1, sizeof *painter);
-    ASSERT(painter);
+    Painter *painter = memory_zeroed(1, sizeof *painter);
     painter->def = *def;
     painter->looks = arena_push(&painter->arena, const Look *, def->cloth_count);
     painter->props = arena_push(&painter->arena, PaintProp, def->prop_count);

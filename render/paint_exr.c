@@ -3,6 +3,7 @@
 #include <stdlib.h>
 
 #include "render/passes.h"
+#include "sim/base/memory.h"
 
 /* A normal from its word (common.glsl: octahedral_decode). */
 static Vec3 normal_of(uint32_t word) {
@@ -41,9 +42,8 @@ void paint_read_exr(Painter *painter, ExrPicture *picture) {
     int width = t->full.width, height = t->full.height, samples = painter->def.quality->samples;
     size_t count = (size_t)t->layer.width * (size_t)t->layer.height;
     ASSERT(painter->def.linear && picture->width == width && picture->height == height);
-    uint32_t *words = malloc(4 * sizeof *words * count);
-    uint8_t *things = malloc(count);
-    ASSERT(words && things);
+    uint32_t *words = memory_new(4 * sizeof *words * count);
+    uint8_t *things = memory_new(count);
     gl.BindFramebuffer(GL_FRAMEBUFFER, t->picture_target);
     gl.ReadPixels(0, 0, width, height, GL_RGBA, GL_FLOAT, picture->rgba);
     gl.BindFramebuffer(GL_FRAMEBUFFER, t->words_target);

@@ -7,6 +7,7 @@
 #include "render/apart.h"
 #include "render/surfel.h"
 #include "sim/base/error.h"
+#include "sim/base/memory.h"
 
 #define CELL_PIXELS 1.75 /* [px] width of a cell: smaller ones waste the rasteriser */
 #define SPLAT_PIXELS 2.5 /* [px] the same of surfels: each carries its slopes, so fewer do */
@@ -84,8 +85,7 @@ static Apart *create_apart(const Resampler *resampler, const StateLayout *layout
 }
 
 Resampler *resample_create(const StateLayout *layout, const ResampleDef *def) {
-    Resampler *resampler = calloc(1, sizeof *resampler);
-    ASSERT(resampler);
+    Resampler *resampler = memory_zeroed(1, sizeof *resampler);
     Arena *arena = &resampler->arena;
     Surface *surface = &resampler->surface;
     surface->part_count = layout->cloth_count;

@@ -5,6 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "sim/base/memory.h"
+
 #define BORDER 0.03   /* of the shorter side: where the background is looked at */
 #define TERMS 6       /* of the quadratic: 1 x y xx xy yy */
 #define CLIP 2.5      /* times the scatter: what lies further off is no background */
@@ -39,8 +41,7 @@ float segment_linear(uint8_t value) {
 }
 
 static void *new_array(size_t count, size_t size) {
-    void *array = calloc(count, size);
-    ASSERT(array);
+    void *array = memory_zeroed(count, size);
     return array;
 }
 

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "render/segment.h"
+#include "sim/base/memory.h"
 #include "sim/base/vec.h"
 
 #define REACH 9   /* [px] along a ray, on either side of the piece's border */
@@ -89,8 +90,7 @@ static void drop_outliers(double *r) {
 Contour segment_trace(const Image *image, const Segment *segment, double x, double y) {
     Coverage coverage = {segment->width, segment->height, 1.0, 0.0, 0.0, NULL};
     size_t width = (size_t)segment->width, height = (size_t)segment->height;
-    coverage.part = calloc(width * height, sizeof *coverage.part);
-    ASSERT(coverage.part);
+    coverage.part = memory_zeroed(width * height, sizeof *coverage.part);
     for (size_t j = 0; j < height; j++) { /* rows of a coverage go up */
         for (size_t i = 0; i < width; i++) {
             coverage.part[(height - 1 - j) * width + i] = segment->inside[j * width + i];
@@ -151,8 +151,8 @@ static int compare_floats(const void *a, const void *b) {
 
 static Edges find_edges(const Image *image, const Segment *segment) {
     size_t count = (size_t)segment->width * (size_t)segment->height, inside = 0;
-    float *strength = calloc(count, sizeof *strength), *sorted = calloc(count, sizeof *sorted);
-    ASSERT(strength && sorted);
+    float *strength = memory_zeroed(count, sizeof *strength),
+          *sorted = memory_zeroed(count, sizeof *sorted);
     int margin = 12; /* [px] away from the outline of the cloth, which is no circle */
     for (int y = margin; y < segment->height - margin; y++) {
         for (int x = margin; x < segment->width - margin; x++) {
@@ -170,8 +170,7 @@ static Edges find_edges(const Image *image, const Segment *segment) {
     float least = inside ? sorted[(size_t)((1.0 - EDGE_SHARE) * (double)(inside - 1))] : 1.0f;
     free(sorted);
     Edges edges = {0};
-    float *data = calloc(4 * (inside / 4 + 1), 4 * sizeof *data);
-    ASSERT(data);
+    float *data = memory_zeroed(4 * (inside / 4 + 1), 4 * sizeof *data);
     size_t room = 4 * (inside / 4 + 1);
     edges.x = data, edges.y = data + room, edges.dx = data + 2 * room, edges.dy = data + 3 * room;
     for (size_t at = 0; at < count; at++) {
@@ -192,8 +191,7 @@ static Edges find_edges(const Image *image, const Segment *segment) {
 static void vote(const Edges *edges, const Segment *segment, double low, double high,
                  SegmentDisc *disc) {
     int columns = segment->width / GRID + 1, rows = segment->height / GRID + 1;
-    float *votes = calloc((size_t)columns * (size_t)rows, sizeof *votes);
-    ASSERT(votes);
+    float *votes = memory_zeroed((size_t)columns * (size_t)rows, sizeof *votes);
     for (int i = 0; i < edges->count; i++) {
         for (int side = -1; side <= 1; side += 2) {
             for (int step = (int)low; step < (int)high; step += GRID) {
@@ -226,8 +224,7 @@ static void vote(const Edges *edges, const Segment *segment, double low, double 
 /* The radius around the middle where most edges look at it; false when another one does as well. */
 static bool find_radius(const Edges *edges, double low, double high, SegmentDisc *disc) {
     int bins = (int)high + 2;
-    double *histogram = calloc((size_t)bins, sizeof *histogram);
-    ASSERT(histogram);
+    double *histogram = memory_zeroed((size_t)bins, sizeof *histogram);
     for (int i = 0; i < edges->count; i++) {
         double dx = edges->x[i] - disc->x, dy = edges->y[i] - disc->y, r = hypot(dx, dy);
         if (r > low && r < high && fabs(dx * edges->dx[i] + dy * edges->dy[i]) > DIRECTION * r) {

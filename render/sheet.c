@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include "render/file.h"
+#include "sim/base/memory.h"
 
 struct Sheet {
     cairo_surface_t *surface;
@@ -17,8 +18,7 @@ struct Sheet {
 };
 
 static Sheet *start(cairo_surface_t *surface) {
-    Sheet *sheet = calloc(1, sizeof *sheet);
-    ASSERT(sheet);
+    Sheet *sheet = memory_zeroed(1, sizeof *sheet);
     sheet->surface = surface;
     sheet->cairo = cairo_create(surface);
     cairo_select_font_face(sheet->cairo, "DejaVu Sans", CAIRO_FONT_SLANT_NORMAL,

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "render/side_view.h"
+#include "sim/base/memory.h"
 
 #define CELL 16 /* [px] of the grid that finds the nearest piece */
 
@@ -17,8 +18,7 @@ typedef struct Outline {
 } Outline;
 
 static void *new_array(size_t count, size_t size) {
-    void *array = calloc(count > 0 ? count : 1, size);
-    ASSERT(array);
+    void *array = memory_zeroed(count > 0 ? count : 1, size);
     return array;
 }
 

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "render/side_view.h"
+#include "sim/base/memory.h"
 
 #define AROUND 4     /* [px] of the outline: where cloth and background are looked at */
 #define BLEND 2      /* [px] beside the outline where a pixel may be both */
@@ -19,8 +20,7 @@
 #define DOUBT 0.69315 /* log 2: twice as likely the one or the other */
 
 static void *new_array(size_t count, size_t size) {
-    void *array = calloc(count, size);
-    ASSERT(array);
+    void *array = memory_zeroed(count, size);
     return array;
 }
 

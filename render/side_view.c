@@ -3,11 +3,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "sim/base/memory.h"
+
 #define NEAREST 1e-3 /* [m] before the camera */
 
 static void *new_array(size_t count, size_t size) {
-    void *array = calloc(count, size);
-    ASSERT(array);
+    void *array = memory_zeroed(count, size);
     return array;
 }
 

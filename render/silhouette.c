@@ -5,14 +5,14 @@
 #include <string.h>
 
 #include "sim/base/error.h"
+#include "sim/base/memory.h"
 
 Silhouette silhouette_create(const SilhouetteDef *def) {
     Silhouette silhouette = {.def = *def};
     int pixels = 2 * (int)ceil(def->reach / def->pixel);
     silhouette.side = SILHOUETTE_SAMPLES * pixels;
     silhouette.def.reach = 0.5 * pixels * def->pixel;
-    silhouette.sample = calloc((size_t)silhouette.side * (size_t)silhouette.side, 1);
-    ASSERT(silhouette.sample);
+    silhouette.sample = memory_zeroed((size_t)silhouette.side * (size_t)silhouette.side, 1);
     return silhouette;
 }
 
@@ -100,8 +100,7 @@ Coverage silhouette_cover(const Silhouette *silhouette) {
     int pixels = silhouette->side / SILHOUETTE_SAMPLES;
     Coverage coverage = {
         pixels, pixels, def->pixel, def->centre[0] - def->reach, def->centre[1] - def->reach, NULL};
-    coverage.part = calloc((size_t)pixels * (size_t)pixels, sizeof *coverage.part);
-    ASSERT(coverage.part);
+    coverage.part = memory_zeroed((size_t)pixels * (size_t)pixels, sizeof *coverage.part);
     const float one = 1.0f / (SILHOUETTE_SAMPLES * SILHOUETTE_SAMPLES);
     for (size_t j = 0; j < (size_t)silhouette->side; j++) {
         const unsigned char *row = silhouette->sample + j * (size_t)silhouette->side;

@@ -13,6 +13,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "sim/base/memory.h"
+
 #define GOP_FRAMES 60            /* frames between key frames: seeking stays quick */
 #define RATE_DENOMINATOR 1001000 /* frame rates are fractions with at most this denominator */
 #define FIXED_ONE (1 << 16)      /* unit of contrast and saturation in swscale */
@@ -188,8 +190,8 @@ static bool open_filter(Video *video, const VideoFormat *format, int width, int 
 Video *video_create(const char *path, const VideoFormat *format, int width, int height, double rate,
                     bool clear, Error *error) {
     av_log_set_level(AV_LOG_ERROR);
-    Video *video = calloc(1, sizeof *video);
-    ASSERT(video && width % 2 == 0 && height % 2 == 0 && (!clear || format->clear_format));
+    Video *video = memory_zeroed(1, sizeof *video);
+    ASSERT(width % 2 == 0 && height % 2 == 0 && (!clear || format->clear_format));
     video->input = clear ? AV_PIX_FMT_RGBA : AV_PIX_FMT_RGB0;
     snprintf(video->path, sizeof video->path, "%s", path);
     int code = avformat_alloc_output_context2(&video->muxer, NULL, format->muxer, path);
@@ -441,8 +443,7 @@ static bool open_decoder(VideoReader *reader, Error *error) {
 
 VideoReader *video_open(const char *path, Error *error) {
     av_log_set_level(AV_LOG_QUIET);
-    VideoReader *reader = calloc(1, sizeof *reader);
-    ASSERT(reader);
+    VideoReader *reader = memory_zeroed(1, sizeof *reader);
     snprintf(reader->path, sizeof reader->path, "%s", path);
     reader->orientation = 1;
     int code = avformat_open_input(&reader->file, path, NULL, NULL);

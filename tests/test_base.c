@@ -2,10 +2,13 @@
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include "sim/base/arena.h"
 #include "sim/base/error.h"
 #include "sim/base/hash.h"
+#include "sim/base/memory.h"
 #include "sim/base/parallel.h"
 #include "sim/base/text.h"
 #include "sim/base/vec.h"
@@ -58,6 +61,36 @@ static void test_arena_rewind(void **state) {
     CHECK_NEAR(kept[9], 5, 0);
     assert_true(arena.bytes_peak >= 1000000);
     arena_free(&arena);
+}
+
+/* more than there is: a sentence, and the code of input and output; nothing is a block too */
+static void test_memory(void **state) {
+    (void)state;
+    void *nothing = memory_new(0), *zeros = memory_zeroed(0, 8);
+    assert_non_null(nothing);
+    assert_non_null(zeros);
+    nothing = memory_resize(nothing, 100);
+    free(nothing);
+    free(zeros);
+#ifndef __SANITIZE_ADDRESS__ /* which ends in its own way */
+    for (int k = 0; k < 3; k++) {
+        fflush(NULL);
+        pid_t child = fork();
+        if (child == 0) {
+            fclose(stderr);
+            Arena arena = {0};
+            size_t most = SIZE_MAX / 4;
+            void *block = k == 0   ? memory_new(most)
+                          : k == 1 ? memory_zeroed(most, 1)
+                                   : arena_alloc(&arena, most);
+            _exit(block ? 1 : 2);
+        }
+        int status = 0;
+        assert_int_equal(waitpid(child, &status, 0), child);
+        assert_true(WIFEXITED(status));
+        assert_int_equal(WEXITSTATUS(status), EXIT_IO);
+    }
+#endif
 }
 
 static void test_error(void **state) {
@@ -249,11 +282,12 @@ static void test_motion_order(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_arena_blocks),  cmocka_unit_test(test_arena_rewind),
-        cmocka_unit_test(test_error),         cmocka_unit_test(test_nearest_word),
-        cmocka_unit_test(test_hash),          cmocka_unit_test(test_vectors),
-        cmocka_unit_test(test_parallel),      cmocka_unit_test(test_many_loops),
-        cmocka_unit_test(test_motion_smooth), cmocka_unit_test(test_motion_order),
+        cmocka_unit_test(test_arena_blocks), cmocka_unit_test(test_arena_rewind),
+        cmocka_unit_test(test_error),        cmocka_unit_test(test_nearest_word),
+        cmocka_unit_test(test_memory),       cmocka_unit_test(test_hash),
+        cmocka_unit_test(test_vectors),      cmocka_unit_test(test_parallel),
+        cmocka_unit_test(test_many_loops),   cmocka_unit_test(test_motion_smooth),
+        cmocka_unit_test(test_motion_order),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,11 +1,11 @@
 #include "sim/base/arena.h"
 
 #include <stdint.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "sim/base/error.h"
+#include "sim/base/memory.h"
 
 /* [byte] smallest chunk; larger requests get a chunk of their own */
 #define ARENA_CHUNK_BYTES ((size_t)1 << 18)
@@ -18,17 +18,12 @@ struct ArenaChunk {
     unsigned char *data;
 };
 
-static _Noreturn void out_of_memory(size_t bytes) {
-    fprintf(stderr, "toile: out of memory (%zu bytes were asked for)\n", bytes);
-    exit(EXIT_IO);
-}
-
 static ArenaChunk *chunk_create(size_t bytes) {
     size_t capacity = bytes > ARENA_CHUNK_BYTES ? bytes : ARENA_CHUNK_BYTES;
     ArenaChunk *chunk = malloc(sizeof *chunk);
     unsigned char *data = chunk ? aligned_alloc(ARENA_ALIGNMENT, capacity) : NULL;
     if (!data) {
-        out_of_memory(bytes);
+        memory_exhausted(bytes);
     }
     *chunk = (ArenaChunk){.capacity = capacity, .data = data};
     return chunk;
@@ -44,7 +39,7 @@ static void chunk_destroy(ArenaChunk *chunk) {
 void *arena_alloc(Arena *arena, size_t bytes) {
     size_t padded = (bytes + ARENA_ALIGNMENT) / ARENA_ALIGNMENT * ARENA_ALIGNMENT;
     if (padded < bytes) {
-        out_of_memory(bytes);
+        memory_exhausted(bytes);
     }
     ArenaChunk *chunk = arena->chunk;
     if (!chunk || chunk->capacity - chunk->used < padded) {

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "sim/base/error.h"
+#include "sim/base/memory.h"
 #include "sim/base/parallel.h"
 #include "sim/base/quad.h"
 #include "sim/model/bending_rest.h"
@@ -73,8 +74,7 @@ Bending bending_create(const BendingSamples *samples, int node_count, int solved
                        const double rest_curvature[2], Arena *arena) {
     Bending b = {.node_count = node_count, .solved_count = solved_count};
     size_t count = count_terms(samples);
-    Term *terms = malloc((count + 1) * sizeof *terms);
-    ASSERT(terms);
+    Term *terms = memory_new((count + 1) * sizeof *terms);
     fill_terms(samples, terms);
     qsort(terms, count, sizeof *terms, compare_terms);
     compress(&b, terms, count, arena);

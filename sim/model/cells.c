@@ -4,6 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "sim/base/memory.h"
+
 static void add_edge(Cells *cells, int left, int right, const double from[2], const double to[2]) {
     double along[2] = {to[0] - from[0], to[1] - from[1]}, length = hypot(along[0], along[1]);
     if (length == 0.0) {
@@ -20,8 +22,7 @@ static void add_edge(Cells *cells, int left, int right, const double from[2], co
 
 /* areas and moments from the edges: triangles from the node to each edge */
 static void integrate(const Panel *p, Cells *cells) {
-    double(*first)[2] = calloc((size_t)p->node_count, sizeof *first);
-    ASSERT(first);
+    double(*first)[2] = memory_zeroed((size_t)p->node_count, sizeof *first);
     for (int e = 0; e < cells->edge_count; e++) {
         const CellEdge *edge = &cells->edges[e];
         for (int side = 0; side < 2; side++) {
@@ -129,8 +130,7 @@ static int compare_half_edges(const void *a, const void *b) {
 }
 
 static HalfEdge *half_edges(const Panel *p) {
-    HalfEdge *edges = malloc(3 * (size_t)p->triangle_count * sizeof *edges);
-    ASSERT(edges);
+    HalfEdge *edges = memory_new(3 * (size_t)p->triangle_count * sizeof *edges);
     for (int t = 0; t < p->triangle_count; t++) {
         for (int k = 0; k < 3; k++) {
             int a = p->triangles[3 * t + k], b = p->triangles[3 * t + (k + 1) % 3];
@@ -144,9 +144,8 @@ static HalfEdge *half_edges(const Panel *p) {
 static Cells scattered_cells(const Panel *p, Arena *arena) {
     int count = 3 * p->triangle_count;
     Cells cells = allocate(p, 2 * count, arena);
-    double(*dual)[2] = malloc((size_t)p->triangle_count * sizeof *dual);
+    double(*dual)[2] = memory_new((size_t)p->triangle_count * sizeof *dual);
     HalfEdge *edges = half_edges(p);
-    ASSERT(dual);
     const double *x = p->material;
     for (int t = 0; t < p->triangle_count; t++) {
         const int *n = p->triangles + 3 * t;

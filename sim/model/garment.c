@@ -4,6 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "sim/base/memory.h"
+
 #define RING_STEPS 400  /* depths at which the ring is known */
 #define OVAL_STEPS 1440 /* pieces of its cross-section; a multiple of 4 */
 
@@ -68,9 +70,8 @@ static int list_side(const ShapeDef *shape, const Panel *p, int panel, int a, in
 static void join_seams(const ShapeDef *shape, Panel *p, Arena *arena) {
     int *parent = arena_push(arena, int, p->vertex_count);
     int *node = arena_push(arena, int, p->vertex_count);
-    int *rows[2] = {malloc((size_t)p->vertex_count * sizeof(int)),
-                    malloc((size_t)p->vertex_count * sizeof(int))};
-    ASSERT(rows[0] && rows[1]);
+    int *rows[2] = {memory_new((size_t)p->vertex_count * sizeof(int)),
+                    memory_new((size_t)p->vertex_count * sizeof(int))};
     for (int i = 0; i < p->vertex_count; i++) {
         parent[i] = i;
     }
@@ -395,8 +396,7 @@ static int compare_edges(const void *a, const void *b) {
 /* every edge in at most two triangles, which see it in opposite directions */
 static bool check_mesh(const ClothDef *def, const Panel *p, Error *error) {
     int count = 3 * p->triangle_count;
-    Edge *edges = malloc((size_t)count * sizeof *edges);
-    ASSERT(edges);
+    Edge *edges = memory_new((size_t)count * sizeof *edges);
     bool ok = true;
     for (int k = 0; k < count; k++) {
         int a = p->triangles[k], b = p->triangles[k / 3 * 3 + (k + 1) % 3];

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "sim/base/error.h"
+#include "sim/base/memory.h"
 #include "sim/model/hinges.h"
 
 /* ---- edges ---- */
@@ -105,8 +106,7 @@ static HingeEdge make_edge(const Cloth *cloth, const int *triangles, const HalfE
 
 static void create_edges(const Cloth *cloth, const int *triangles, int count, Hinges *h,
                          Arena *arena) {
-    HalfEdge *halves = malloc(3 * (size_t)count * sizeof *halves);
-    ASSERT(halves);
+    HalfEdge *halves = memory_new(3 * (size_t)count * sizeof *halves);
     for (int k = 0; k < 3 * count; k++) {
         int a = panel_node(&cloth->panel, triangles[k]);
         int b = panel_node(&cloth->panel, triangles[k / 3 * 3 + (k + 1) % 3]);

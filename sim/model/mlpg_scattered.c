@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "sim/base/error.h"
+#include "sim/base/memory.h"
 #include "sim/geom/rbf.h"
 #include "sim/model/cells.h"
 #include "sim/model/mlpg.h"
@@ -28,8 +29,7 @@ static BendingEntry *row_entry(CellRows *rows, int node) {
     if (rows->count == rows->capacity) {
         rows->capacity = rows->capacity ? 2 * rows->capacity : 32;
         BendingEntry *grown =
-            realloc(rows->entries, (size_t)rows->capacity * sizeof *rows->entries);
-        ASSERT(grown);
+            memory_resize(rows->entries, (size_t)rows->capacity * sizeof *rows->entries);
         rows->entries = grown;
     }
     rows->entries[rows->count] = (BendingEntry){.node = node};
@@ -113,9 +113,8 @@ static PointGrid make_grid(const Panel *p, Arena *arena) {
 /* all curvature rows; the caller frees rows[i].entries and rows */
 static CellRows *curvature_rows(const Cloth *cloth, const Cells *cells, RbfKind kind) {
     const Panel *p = &cloth->panel;
-    CellRows *rows = calloc((size_t)p->node_count, sizeof *rows);
+    CellRows *rows = memory_zeroed((size_t)p->node_count, sizeof *rows);
     CellRows *folded = rows;
-    ASSERT(rows);
     Arena scratch = {0};
     PointGrid grid = make_grid(p, &scratch);
     for (int e = 0; e < cells->edge_count; e++) {

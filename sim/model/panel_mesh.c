@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "sim/base/hash.h"
+#include "sim/base/memory.h"
 
 /* of the mean area of triangles: less is none */
 #define LEAST_AREA 1e-9
@@ -43,10 +44,9 @@ static void find_charts(const Panel *p, int *chart) {
 /* all triangles anticlockwise: mirrors charts that are turned over, in u about their middle */
 static bool turn_charts(const ClothDef *def, Panel *p, Error *error) {
     size_t count = (size_t)p->vertex_count;
-    int *chart = malloc(count * sizeof *chart);
-    signed char *side = calloc(count, 1); /* of a chart, by its first vertex */
+    int *chart = memory_new(count * sizeof *chart);
+    signed char *side = memory_zeroed(count, 1); /* of a chart, by its first vertex */
     double mean = 0.0, *material = (double *)p->vertex_material;
-    ASSERT(chart && side);
     find_charts(p, chart);
     for (int t = 0; t < p->triangle_count; t++) {
         mean += fabs(area_in_uv(p, t)) / p->triangle_count;
@@ -80,9 +80,8 @@ static void weld(const double *places, Panel *p, Arena *arena) {
     while (size < 2 * (size_t)p->vertex_count) {
         size *= 2;
     }
-    int *table = calloc(size, sizeof *table); /* vertex + 1 */
+    int *table = memory_zeroed(size, sizeof *table); /* vertex + 1 */
     int *node = arena_push(arena, int, p->vertex_count);
-    ASSERT(table);
     for (int i = 0; i < p->vertex_count; i++) {
         const double *at = places + 3 * (size_t)i;
         double key[3] = {at[0] + 0.0, at[1] + 0.0, at[2] + 0.0}; /* -0 is 0 */
@@ -140,8 +139,7 @@ static int compare_edges(const void *a, const void *b) {
 
 static Edge *sorted_edges(const int *triangles, int triangle_count) {
     int count = 3 * triangle_count;
-    Edge *edges = malloc((size_t)count * sizeof *edges);
-    ASSERT(edges);
+    Edge *edges = memory_new((size_t)count * sizeof *edges);
     for (int k = 0; k < count; k++) {
         int a = triangles[k], b = triangles[k / 3 * 3 + (k + 1) % 3];
         edges[k] = (Edge){a < b ? a : b, a < b ? b : a, a};
@@ -164,9 +162,8 @@ static int same_edges(const Edge *edges, int k, int count) {
 static bool check_edges(const ClothDef *def, Panel *p, Arena *arena, Error *error) {
     int count = 3 * p->triangle_count;
     Edge *edges = sorted_edges(p->triangles, p->triangle_count);
-    unsigned char *free_node = calloc((size_t)p->node_count, 1);
+    unsigned char *free_node = memory_zeroed((size_t)p->node_count, 1);
     unsigned char *ends = arena_push(arena, unsigned char, p->vertex_count);
-    ASSERT(free_node);
     bool ok = true;
     for (int k = 0, n; k < count && ok; k += n) {
         n = same_edges(edges, k, count);
@@ -193,8 +190,7 @@ static bool check_edges(const ClothDef *def, Panel *p, Arena *arena, Error *erro
 static void find_outlines(Panel *p, Arena *arena) {
     int count = 3 * p->triangle_count, points = 0;
     Edge *edges = sorted_edges(p->vertex_triangles, p->triangle_count);
-    int *next = malloc((size_t)p->vertex_count * sizeof *next);
-    ASSERT(next);
+    int *next = memory_new((size_t)p->vertex_count * sizeof *next);
     memset(next, -1, (size_t)p->vertex_count * sizeof *next);
     for (int k = 0, n; k < count; k += n) {
         n = same_edges(edges, k, count);

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "sim/base/hash.h"
+#include "sim/base/memory.h"
 #include "sim/geom/delaunay.h"
 #include "sim/model/cells.h"
 #include "sim/model/garment.h"
@@ -27,8 +28,7 @@ typedef struct Seeds {
 static void push(Seeds *s, double u, double v) {
     if (s->count == s->capacity) {
         s->capacity = s->capacity ? 2 * s->capacity : 1024;
-        double *grown = realloc(s->points, 2 * (size_t)s->capacity * sizeof *grown);
-        ASSERT(grown);
+        double *grown = memory_resize(s->points, 2 * (size_t)s->capacity * sizeof *grown);
         s->points = grown;
     }
     s->points[2 * s->count] = u;

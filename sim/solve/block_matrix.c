@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "sim/base/error.h"
+#include "sim/base/memory.h"
 #include "sim/solve/factor.h"
 
 static int compare_keys(const void *a, const void *b) {
@@ -53,8 +54,7 @@ BlockMatrix block_matrix_create(int node_count, const int *pairs, int pair_count
     BlockMatrix m = {.node_count = node_count};
     m.order = arena_push(arena, int, node_count);
     factor_order(node_count, pairs, pair_count, m.order);
-    uint64_t *keys = malloc(((size_t)node_count + (size_t)pair_count) * sizeof *keys);
-    ASSERT(keys);
+    uint64_t *keys = memory_new(((size_t)node_count + (size_t)pair_count) * sizeof *keys);
     int block_count = lower_keys(m.order, node_count, pairs, pair_count, keys);
     m.column_start = arena_push(arena, int, node_count + 1);
     m.row = arena_push(arena, int, block_count);
@@ -133,8 +133,7 @@ BlockPlace block_matrix_place(const BlockMatrix *m, int row, int column) {
 }
 
 void block_matrix_multiply(const BlockMatrix *m, const double *x, double *y) {
-    int *node = malloc((size_t)m->node_count * sizeof *node);
-    ASSERT(node);
+    int *node = memory_new((size_t)m->node_count * sizeof *node);
     for (int i = 0; i < m->node_count; i++) {
         node[m->order[i]] = i;
     }

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "sim/base/error.h"
+#include "sim/base/memory.h"
 #include "sim/base/parallel.h"
 #include "sim/solve/triangular.h"
 
@@ -91,8 +92,7 @@ static cholmod_sparse view_of(const BlockMatrix *m) {
 }
 
 Factor *factor_create(const BlockMatrix *m) {
-    Factor *factor = calloc(1, sizeof *factor);
-    ASSERT(factor);
+    Factor *factor = memory_zeroed(1, sizeof *factor);
     start(&factor->common);
     factor->common.supernodal = CHOLMOD_SUPERNODAL;
     use_only(&factor->common, CHOLMOD_NATURAL, 0);

@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include "sim/base/hash.h"
+#include "sim/base/memory.h"
 #include "sim/state/decode.h"
 
 typedef struct Entry {
@@ -87,8 +88,7 @@ static void note_damage(StateReader *reader, int64_t offset, const char *why) {
 static void push_entry(Entry **entries, int *count, int *capacity, Entry entry) {
     if (*count == *capacity) {
         *capacity = *capacity ? 2 * *capacity : 64;
-        Entry *grown = realloc(*entries, (size_t)*capacity * sizeof **entries);
-        ASSERT(grown);
+        Entry *grown = memory_resize(*entries, (size_t)*capacity * sizeof **entries);
         *entries = grown;
     }
     (*entries)[(*count)++] = entry;
@@ -203,8 +203,7 @@ StateReader *state_open(const char *path, Error *error) {
         error_set_errno(error, code, "cannot read %s", path);
         return NULL;
     }
-    StateReader *reader = calloc(1, sizeof *reader);
-    ASSERT(reader);
+    StateReader *reader = memory_zeroed(1, sizeof *reader);
     reader->file = file;
     reader->layout_loaded = -1;
     reader->path = arena_strdup(&reader->arena, path);

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "sim/base/memory.h"
 #include "sim/contact/constants.h"
 #include "sim/step/air.h"
 
@@ -33,8 +34,7 @@ static int *couple_all(const System *system, int *pair_count) {
     for (int c = 0; c < system->cloth_count; c++) {
         *pair_count += system->cloths[c].model->couple(&system->cloths[c], NULL);
     }
-    int *pairs = malloc((2 * (size_t)*pair_count + 1) * sizeof *pairs), *at = pairs;
-    ASSERT(pairs);
+    int *pairs = memory_new((2 * (size_t)*pair_count + 1) * sizeof *pairs), *at = pairs;
     for (int c = 0; c < system->cloth_count; c++) {
         int count = system->cloths[c].model->couple(&system->cloths[c], at);
         for (int k = 0; k < 2 * count; k++) {
@@ -71,8 +71,7 @@ static void find_faces(Implicit *im, const State *start) {
 }
 
 Implicit *implicit_create(const System *system) {
-    Implicit *implicit = calloc(1, sizeof *implicit);
-    ASSERT(implicit);
+    Implicit *implicit = memory_zeroed(1, sizeof *implicit);
     implicit->system = system;
     int pair_count, strains = 0;
     int *pairs = couple_all(system, &pair_count);
