@@ -25,8 +25,9 @@
 #define CONTACT_STABLE_SCALED 1.95 /* the same with scaled inertia: waves at the limit are short */
 #define CONTACT_PARALLEL 0.01      /* sine^2 below which pairs of edges lose stiffness */
 
-/* of dhat: a side that is nearer to a solid than its ends by less, or a face than its sides, loses stiffness */
-#define CONTACT_FADE 0.05
+/* of dhat: a side that is nearer to a solid than its ends by less, or a face than its sides, loses stiffness. Such
+ * forces have no potential: below 0.1 some sheets swing on them for ever, from 0.3 on others do. */
+#define CONTACT_FADE 0.2
 
 #define CONTACT_FROZEN_SHARE 0.02 /* of dhat: motion of a vertex that leaves its normal */
 #define CONTACT_LEVEL 1e-6 /* of dhat: a corner that is lowest by less needs no exact search */

@@ -61,6 +61,22 @@ static double side_strain(const Play *play, int n) {
     return worst;
 }
 
+/* [1] largest stretch of a cell of that lattice along its threads, and how much one is pressed (*pressed) */
+static double cell_strain(const Play *play, int n, double *pressed) {
+    double worst = 0.0, h = 1.0 / (n - 1);
+    *pressed = 0.0;
+    for (int k = 0; k < (n - 1) * (n - 1); k++) {
+        int at = k / (n - 1) * n + k % (n - 1);
+        Vec3 up = vec3_sub(play_x(play, at + n + 1), play_x(play, at));
+        Vec3 down = vec3_sub(play_x(play, at + 1), play_x(play, at + n));
+        double u = vec3_length(vec3_add(up, down)) / (2.0 * h) - 1.0;
+        double v = vec3_length(vec3_sub(up, down)) / (2.0 * h) - 1.0;
+        worst = fmax(worst, fmax(u, v));
+        *pressed = fmax(*pressed, -fmin(u, v));
+    }
+    return worst;
+}
+
 /* plays to the end; *cpu [s] without the judge; returns the crossings of all frames */
 static long judge(Play *play, double seconds, double *cpu) {
     long crossings = 0;
@@ -102,6 +118,11 @@ static void run_drape(const Drape *d) {
     write_rows(d->name, d->nodes, &play, d->seconds, d->most, cpu, crossings);
     bench_write((BenchRow){"contact", d->name, "central", "side_strain", d->nodes, NAN,
                            side_strain(&play, d->nodes), 0.04, NAN, NAN, "at the end", NULL});
+    double pressed, stretched = cell_strain(&play, d->nodes, &pressed);
+    char note[80];
+    snprintf(note, sizeof note, "at the end; pressed by %.3g %% where folds cross", 100 * pressed);
+    bench_write((BenchRow){"contact", d->name, "central", "cell_strain", d->nodes, NAN, stretched,
+                           0.015, NAN, NAN, note, NULL});
     play_end(&play);
 }
 
