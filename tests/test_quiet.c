@@ -2,194 +2,14 @@
 #include <string.h>
 
 #include "sim/base/hash.h"
-#include "sim/contact/engine.h"
 #include "tests/support/check.h"
 #include "tests/support/cloths.h"
 #include "tests/support/play.h"
+#include "tests/support/rig.h"
 #include "tests/support/strips.h"
 
-#define STEP 1e-4 /* [s] */
 #define NODES 25
 #define CHECKS 25 /* of all distances, over the whole time */
-
-/* a cloth whose motion the test prescribes */
-typedef struct Rig {
-    Bench bench;
-    Motion rest;
-    ContactObstacle ball;
-    ContactDef def;
-    ContactMemory memory;
-    Lanes lanes;
-    int *slot;
-    unsigned char *held;
-    double *from;
-    bool continues;
-    Contact *contact;
-} Rig;
-
-static int rig_count(const Rig *r) { return r->def.vertex_count; }
-
-static Vec3 rig_velocity(const Rig *r, int i) {
-    return vec3(r->lanes.v[0][i], r->lanes.v[1][i], r->lanes.v[2][i]);
-}
-
-static double rig_fastest(void *owner) {
-    const Rig *r = owner;
-    double most = 0.0;
-    for (int i = 0; i < rig_count(r); i++) {
-        most = fmax(most, vec3_length(rig_velocity(r, i)));
-    }
-    return most;
-}
-
-static Vec3 rig_place(const Rig *r, int i) {
-    return vec3(r->lanes.x[0][i], r->lanes.x[1][i], r->lanes.x[2][i]);
-}
-
-static void rig_mark(void *owner) {
-    Rig *r = owner;
-    for (int i = 0; i < rig_count(r); i++) {
-        vec3_store(r->from + 3 * i, rig_place(r, i));
-    }
-}
-
-/* largest difference of two nodes next to each other, in u or in v */
-static double rig_most(const Rig *r, Vec3 (*value)(const Rig *r, int i)) {
-    const SurfacePanel *panel = &r->def.panels[0];
-    double most = 0.0;
-    for (int i = 0; i < rig_count(r); i++) {
-        int column = i % panel->nu, right = column + 1 < panel->nu ? i + 1 : i - column;
-        int next[2] = {panel->wrap || column + 1 < panel->nu ? right : i, i + panel->nu};
-        for (int k = 0; k < 2; k++) {
-            if (next[k] < rig_count(r)) {
-                most = fmax(most, vec3_length(vec3_sub(value(r, i), value(r, next[k]))));
-            }
-        }
-    }
-    return most;
-}
-
-static Vec3 rig_moved(const Rig *r, int i) {
-    return vec3_sub(rig_place(r, i), vec3_load(r->from + 3 * i));
-}
-
-static double rig_spread(void *owner) { return rig_most(owner, rig_moved); }
-
-static double rig_mutual(const Rig *r) {
-    Box box = box_empty();
-    for (int i = 0; i < rig_count(r); i++) {
-        box_add(&box, rig_velocity(r, i));
-    }
-    return vec3_length(vec3_sub(box.high, box.low));
-}
-
-static double rig_relative(void *owner) { return rig_most(owner, rig_velocity); }
-
-/* a sheet or a sleeve of 24 cm, and a ball of 2 cm at `centre` */
-static void rig_make(Rig *r, bool sleeve, Vec3 centre) {
-    memset(r, 0, sizeof *r);
-    Fabric fabric = cloths_fabric(0.15, 1000.0, 0.3, 1e-5, 0.0);
-    r->bench.cloth = sleeve ? cloths_sleeve(0.24 / 6.2831853, 0.04, 48, 13, true, fabric)
-                            : cloths_rectangle(0.24, 0.24, NODES, NODES, fabric);
-    r->bench.scene = cloths_scene(&r->bench.cloth);
-    r->bench.scene.solver.self_contact = true;
-    bench_build(&r->bench, 0);
-    Arena *arena = &r->bench.arena;
-    r->ball = (ContactObstacle){.solid = {SOLID_SPHERE, {0.02, 0.02, 0.02}, 0.02},
-                                .start = pose_identity(),
-                                .motion = &r->rest};
-    r->ball.start.shift = centre;
-    r->def = r->bench.system.contact;
-    r->def.obstacle_count = 1;
-    r->def.obstacles = &r->ball;
-    r->lanes = lanes_create(rig_count(r), arena);
-    r->slot = arena_push(arena, int, rig_count(r));
-    r->held = arena_push(arena, unsigned char, rig_count(r));
-    r->from = arena_push(arena, double, 3 * rig_count(r));
-    r->memory = (ContactMemory){.poses = arena_push(arena, Pose, 1),
-                                .clocks = arena_push(arena, double, 1),
-                                .bristles = arena_push(arena, double, 3 * rig_count(r)),
-                                .pairs = arena_push(arena, PairMemory, 1)};
-    r->memory.poses[0] = r->ball.start;
-    for (int i = 0; i < rig_count(r); i++) {
-        r->slot[i] = i;
-        for (int a = 0; a < 3; a++) {
-            r->lanes.x[a][i] = r->def.start[3 * i + a];
-        }
-    }
-    r->contact = contact_create(&r->def, arena);
-}
-
-static bool rig_begin(Rig *r) {
-    ContactMotion motion = {rig_fastest, rig_mark, rig_spread, rig_relative, r};
-    contact_begin(r->contact, (ContactView){&r->lanes, r->slot, r->held, 1.0, motion, r->continues},
-                  &r->memory, STEP);
-    return r->contact->quiet.holds;
-}
-
-/* [m] least distance of any two features without a common vertex, and of any vertex to the ball, less the
- * contact distance */
-static double rig_apart(Rig *r) {
-    const Surface *s = &r->contact->surface;
-    double least = INFINITY;
-    contact_gather(r->contact);
-    Points x = contact_positions(r->contact);
-    for (int v = 0; v < rig_count(r); v++) {
-        least = fmin(least, vec3_length(vec3_sub(rig_place(r, v), r->ball.start.shift)) - 0.02);
-        for (int t = 0; t < s->triangle_count; t++) {
-            const int *c = s->triangles + 3 * (size_t)t;
-            if (v != c[0] && v != c[1] && v != c[2]) {
-                Pair pair = {.kind = PAIR_FACE, .place = {v, c[0], c[1], c[2]}};
-                pair_evaluate(&x, &pair);
-                least = fmin(least, pair.distance);
-            }
-        }
-    }
-    for (int a = 0; a < s->edge_count; a++) {
-        for (int b = a + 1; b < s->edge_count; b++) {
-            const int *p = s->edges + 2 * (size_t)a, *q = s->edges + 2 * (size_t)b;
-            if (p[0] != q[0] && p[0] != q[1] && p[1] != q[0] && p[1] != q[1]) {
-                Pair pair = {.kind = PAIR_EDGES, .place = {p[0], p[1], q[0], q[1]}};
-                pair_evaluate(&x, &pair);
-                least = fmin(least, pair.distance);
-            }
-        }
-    }
-    return least - r->def.distance;
-}
-
-typedef Vec3 Programme(const Rig *rig, int node, double time);
-
-/* Steps along a programme while the proof holds; returns the time when it ended, or `seconds`.
- * *least [m]: how near anything was to touching while it held; *proofs: how many were needed. */
-static double rig_play(Rig *r, Programme *programme, double seconds, double *least) {
-    double time = 0.0;
-    *least = INFINITY;
-    assert_true(rig_begin(r));
-    for (int step = 0; time < seconds; step++, time = step * STEP) {
-        for (int i = 0; i < rig_count(r); i++) {
-            Vec3 v = vec3_sub(programme(r, i, time + STEP), rig_place(r, i));
-            r->lanes.v[0][i] = v.x / STEP, r->lanes.v[1][i] = v.y / STEP;
-            r->lanes.v[2][i] = v.z / STEP;
-        }
-        contact_forces(r->contact, STEP, 1.0, time + STEP);
-        contact_clear(r->contact, vec3(0, 0, 0));
-        contact_guard(r->contact, STEP);
-        if (!r->contact->quiet.holds) {
-            break;
-        }
-        for (int i = 0; i < rig_count(r); i++) {
-            Vec3 p = programme(r, i, time + STEP);
-            r->lanes.x[0][i] = p.x, r->lanes.x[1][i] = p.y, r->lanes.x[2][i] = p.z;
-        }
-        ContactSpeeds speeds = {rig_fastest(r), rig_mutual(r), rig_relative(r)};
-        contact_drifted(r->contact, &speeds, STEP);
-        assert_false(contact_statistics(r->contact)->rejected);
-        *least = step % (int)(seconds / STEP / CHECKS) == 0 ? fmin(*least, rig_apart(r)) : *least;
-    }
-    *least = fmin(*least, rig_apart(r));
-    return time;
-}
 
 /* material place from the middle, and noise that grows */
 static Vec3 material(const Rig *r, int node) {
@@ -215,8 +35,8 @@ static void test_roll(void **unused) {
     (void)unused;
     Rig r;
     double least;
-    rig_make(&r, false, vec3(0, 0, -1.0));
-    double time = rig_play(&r, roll, 2.0, &least);
+    rig_make(&r, NODES, false, vec3(0, 0, -1.0));
+    double time = rig_play(&r, roll, 2.0, CHECKS, &least);
     CHECK_AT_MOST(-least, 0.0);
     CHECK_AT_MOST(0.8 - time, 0.0); /* whatever is bent by less than that cannot touch */
     CHECK_AT_MOST(time, 1.0);
@@ -234,8 +54,8 @@ static void test_fold(void **unused) {
     (void)unused;
     Rig r;
     double least;
-    rig_make(&r, false, vec3(0, 0, -1.0));
-    double time = rig_play(&r, fold, 1.0, &least);
+    rig_make(&r, NODES, false, vec3(0, 0, -1.0));
+    double time = rig_play(&r, fold, 1.0, CHECKS, &least);
     CHECK_AT_MOST(-least, 0.0);
     CHECK_AT_MOST(time, 1.0);
     CHECK_AT_MOST(0.3 - time, 0.0);
@@ -251,8 +71,8 @@ static void test_crumple(void **unused) {
     (void)unused;
     Rig r;
     double least;
-    rig_make(&r, false, vec3(0, 0, -1.0));
-    double time = rig_play(&r, crumple, 1.0, &least);
+    rig_make(&r, NODES, false, vec3(0, 0, -1.0));
+    double time = rig_play(&r, crumple, 1.0, CHECKS, &least);
     CHECK_AT_MOST(-least, 0.0);
     CHECK_AT_MOST(0.04 - time, 0.0);
     CHECK_AT_MOST(time, 0.5);
@@ -273,8 +93,8 @@ static void test_hairpin(void **unused) {
     (void)unused;
     Rig r;
     double least;
-    rig_make(&r, false, vec3(0, 0, -1.0));
-    double time = rig_play(&r, hairpin, 1.0, &least);
+    rig_make(&r, NODES, false, vec3(0, 0, -1.0));
+    double time = rig_play(&r, hairpin, 1.0, CHECKS, &least);
     CHECK_AT_MOST(-least, 0.0);
     CHECK_AT_MOST(0.95 - time, 0.0);
     arena_free(&r.bench.arena);
@@ -290,8 +110,8 @@ static void test_squeeze(void **unused) {
     (void)unused;
     Rig r;
     double least;
-    rig_make(&r, true, vec3(0, 0, -1.0));
-    double time = rig_play(&r, squeeze, 1.0, &least);
+    rig_make(&r, NODES, true, vec3(0, 0, -1.0));
+    double time = rig_play(&r, squeeze, 1.0, CHECKS, &least);
     CHECK_AT_MOST(-least, 0.0);
     CHECK_AT_MOST(0.2 - time, 0.0);
     CHECK_AT_MOST(time, 1.0);
@@ -309,8 +129,8 @@ static void test_throw(void **unused) {
     (void)unused;
     Rig r;
     double least;
-    rig_make(&r, false, vec3(0.013, 0.007, -0.3));
-    double time = rig_play(&r, throw, 1.0, &least);
+    rig_make(&r, NODES, false, vec3(0.013, 0.007, -0.3));
+    double time = rig_play(&r, throw, 1.0, CHECKS, &least);
     CHECK_AT_MOST(-least, 0.0);
     CHECK_AT_MOST(0.05 - time, 0.0); /* 28 cm away at 5 m/s: touches at 0.056 s */
     CHECK_AT_MOST(time, 0.056);
@@ -328,8 +148,8 @@ static void test_fly(void **unused) {
     (void)unused;
     Rig r;
     double least;
-    rig_make(&r, false, vec3(0, 0, -1.0));
-    double time = rig_play(&r, fly, 0.02, &least);
+    rig_make(&r, NODES, false, vec3(0, 0, -1.0));
+    double time = rig_play(&r, fly, 0.02, CHECKS, &least);
     CHECK_AT_MOST(-least, 0.0);
     CHECK_AT_MOST(0.02 - time, 0.0);
     arena_free(&r.bench.arena);
@@ -339,16 +159,16 @@ static void test_fly(void **unused) {
 static void test_close(void **unused) {
     (void)unused;
     Rig r;
-    rig_make(&r, false, vec3(0, 0, -1.0));
+    rig_make(&r, NODES, false, vec3(0, 0, -1.0));
     assert_true(rig_begin(&r));
     for (int step = 0; step < 3; step++) {
         double speed = step == 1 ? 30.0 : 0.1;
-        contact_forces(r.contact, STEP, 1.0, (step + 1) * STEP);
+        contact_forces(r.contact, RIG_STEP, 1.0, (step + 1) * RIG_STEP);
         contact_clear(r.contact, vec3(0, 0, 0));
         r.contact->quiet.speeds.fastest = speed;
-        contact_guard(r.contact, STEP);
+        contact_guard(r.contact, RIG_STEP);
         assert_int_equal(contact_asks_relative(r.contact), step > 0);
-        contact_drifted(r.contact, &(ContactSpeeds){speed, 2.0 * speed, 0.01}, STEP);
+        contact_drifted(r.contact, &(ContactSpeeds){speed, 2.0 * speed, 0.01}, RIG_STEP);
     }
     arena_free(&r.bench.arena);
 }
@@ -357,18 +177,18 @@ static void test_close(void **unused) {
 static void test_tear(void **unused) {
     (void)unused;
     Rig r;
-    rig_make(&r, false, vec3(0, 0, -1.0));
+    rig_make(&r, NODES, false, vec3(0, 0, -1.0));
     for (int i = 0; i < rig_count(&r); i++) {
         r.lanes.v[0][i] = 30.0;
     }
     assert_true(rig_begin(&r));
     for (int step = 0; step < 2; step++) {
-        r.lanes.v[1][NODES * NODES / 2] = step == 0 ? 0.0 : 0.012 / STEP;
-        contact_forces(r.contact, STEP, 1.0, (step + 1) * STEP);
+        r.lanes.v[1][NODES * NODES / 2] = step == 0 ? 0.0 : 0.012 / RIG_STEP;
+        contact_forces(r.contact, RIG_STEP, 1.0, (step + 1) * RIG_STEP);
         contact_clear(r.contact, vec3(0, 0, 0));
-        contact_guard(r.contact, STEP);
+        contact_guard(r.contact, RIG_STEP);
         assert_int_equal(r.contact->quiet.holds, step == 0);
-        contact_drifted(r.contact, &(ContactSpeeds){125.0, 250.0, 250.0}, STEP);
+        contact_drifted(r.contact, &(ContactSpeeds){125.0, 250.0, 250.0}, RIG_STEP);
     }
     arena_free(&r.bench.arena);
 }
@@ -493,11 +313,11 @@ static void test_turned(void **unused) {
 static void test_slopes(void **unused) {
     (void)unused;
     Rig r;
-    rig_make(&r, false, vec3(0, 0, -1.0));
+    rig_make(&r, NODES, false, vec3(0, 0, -1.0));
     assert_true(rig_begin(&r));
     Contact *c = r.contact;
     QuietPanel *panel = &c->quiet.panels[0];
-    QuietView view = {&c->surface, &r.lanes, r.slot, rig_count(&r), c->x, c->quiet.kernel};
+    QuietView view = {&c->surface, r.lanes.x, r.slot, rig_count(&r), c->x, c->quiet.kernel};
     for (int turn = 0; turn < 6; turn++) {
         for (int i = 0; i < rig_count(&r); i++) {
             Vec3 p = shaken(roll(&r, i, 0.3 * turn), i, 1e-3 * turn);
@@ -524,9 +344,9 @@ static void test_continues(void **unused) {
     for (int k = 0; k < 4; k++) {
         Rig r;
         double least, path;
-        rig_make(&r, false, vec3(0, 0, -1.0));
+        rig_make(&r, NODES, false, vec3(0, 0, -1.0));
         r.def.obstacle_count = k & 1;
-        rig_play(&r, fly, 0.005, &least);
+        rig_play(&r, fly, 0.005, CHECKS, &least);
         path = r.contact->quiet.far_path;
         contact_end(r.contact, &r.memory);
         r.continues = k & 2;
@@ -567,19 +387,62 @@ static void test_thrown_models(void **unused) {
     }
 }
 
+/* Swings about its upper edge, in waves along it and across that grow until they meet; every programme has waves
+ * of its own. */
+static uint64_t waves_of;
+
+static Vec3 waves(const Rig *r, int node, double time) {
+    Vec3 p = vec3_load(r->def.start + 3 * node);
+    double grown = 6.0 * time * time;
+    Vec3 out = vec3(p.x, p.y, 0.0);
+    for (uint64_t k = 0; k < 6; k++) {
+        uint64_t n = 16 * waves_of + 2 * k;
+        double across = 6.2831853 * hash_random(11, n) * (double)(k + 1) / 0.24;
+        double along = 6.2831853 * hash_random(12, n) * (double)(k + 1) / 0.24;
+        double turn = 30.0 * hash_random(13, n) * time + 6.0 * hash_random(14, n);
+        double size = grown * 0.04 * hash_random(15, n) / (double)(k + 1);
+        double wave = size * sin(across * p.x + along * p.y + turn);
+        out = vec3_axpy(out, wave, vec3(hash_random(16, n), hash_random(17, n), 1.0));
+    }
+    double swing = 2.0 * sin(8.0 * time) * hash_random(18, waves_of), y = out.y - 0.12;
+    return vec3(out.x, y * cos(swing) - out.z * sin(swing), y * sin(swing) + out.z * cos(swing));
+}
+
+/* Proofs that are ahead of the cloth: it is apart while they hold, and they last until it is not far from
+ * touching. */
+static void test_ahead(void **unused) {
+    (void)unused;
+    int ahead = 0;
+    double soonest = INFINITY;
+    for (waves_of = 0; waves_of < 6; waves_of++) {
+        Rig r;
+        double least;
+        rig_make(&r, 13, false, vec3(0, 0, -1.0));
+        r.def.obstacle_count = 0;
+        double time = rig_play(&r, waves, 1.0, 60, &least);
+        CHECK_AT_MOST(-least, 0.0);
+        soonest = fmin(soonest, time);
+        ahead += r.ahead;
+        arena_free(&r.bench.arena);
+    }
+    assert_true(ahead > 40);
+    CHECK_AT_MOST(0.2 - soonest, 0.0);
+}
+
 /* what leaps after the proof was asked is told so */
 static void test_leap(void **unused) {
     (void)unused;
     Rig r;
-    rig_make(&r, false, vec3(0.013, 0.007, -0.3));
+    rig_make(&r, NODES, false, vec3(0.013, 0.007, -0.3));
     assert_true(rig_begin(&r));
-    ContactSpeeds slow = {1e-3, 2e-3, 2e-3}, fast = {0.3 / STEP, 0.6 / STEP, 0.6 / STEP};
+    ContactSpeeds slow = {1e-3, 2e-3, 2e-3},
+                  fast = {0.3 / RIG_STEP, 0.6 / RIG_STEP, 0.6 / RIG_STEP};
     for (int step = 0; step < 3; step++) {
-        contact_forces(r.contact, STEP, 1.0, (step + 1) * STEP);
+        contact_forces(r.contact, RIG_STEP, 1.0, (step + 1) * RIG_STEP);
         contact_clear(r.contact, vec3(0, 0, 0));
-        contact_guard(r.contact, STEP);
+        contact_guard(r.contact, RIG_STEP);
         assert_true(r.contact->quiet.holds);
-        contact_drifted(r.contact, step < 2 ? &slow : &fast, STEP);
+        contact_drifted(r.contact, step < 2 ? &slow : &fast, RIG_STEP);
         assert_int_equal(contact_statistics(r.contact)->rejected, step == 2);
     }
     arena_free(&r.bench.arena);
@@ -594,7 +457,7 @@ int main(void) {
         cmocka_unit_test(test_fly),     cmocka_unit_test(test_tear),
         cmocka_unit_test(test_widths),  cmocka_unit_test(test_slopes),
         cmocka_unit_test(test_turned),  cmocka_unit_test(test_continues),
-        cmocka_unit_test(test_close),
+        cmocka_unit_test(test_close),   cmocka_unit_test(test_ahead),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

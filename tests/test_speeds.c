@@ -60,6 +60,11 @@ static void check_speeds(const SweepLattice *l, const Lanes *lanes, SweepSpeed s
     CHECK_AT_MOST(apart - relative, slack);
 }
 
+static void check_box(Box box, Box wanted) {
+    CHECK_AT_MOST(vec3_length(vec3_sub(box.low, wanted.low)), 0.0);
+    CHECK_AT_MOST(vec3_length(vec3_sub(box.high, wanted.high)), 0.0);
+}
+
 /* looks at a lattice: what pairs of nodes have, for every width; of rows in two chunks */
 static void test_looks(void **unused) {
     (void)unused;
@@ -70,13 +75,18 @@ static void test_looks(void **unused) {
         Arena arena = lattice_make(&l, &lanes, size[k / 2][0], size[k / 2][1], k & 1, 0.3);
         sweep_wrap_rows(&l, lanes.x);
         sweep_wrap_rows(&l, lanes.v);
-        double fastest = 0.0, spread = 0.0, relative = 0.0;
+        double fastest = 0.0, spread = 0.0, relative = 0.0, *led[3];
+        Box moved = box_empty();
+        for (int a = 0; a < 3; a++) {
+            led[a] = arena_push(&arena, double, lanes.slot_count);
+        }
         for (int i = 0; i < l.nu * l.nv; i++) {
             int s = l.first + i / l.nu * l.stride + i % l.nu;
             bool edge = i % l.nu + 1 == l.nu && !l.wrap, top = i / l.nu + 1 == l.nv;
             int to[2] = {edge ? s : s + 1, top ? s : s + l.stride};
             Vec3 v = lanes_at(lanes.v, s), x = vec3_sub(lanes_at(lanes.x, s), v);
             fastest = fmax(fastest, vec3_dot(v, v));
+            box_add(&moved, x);
             for (int m = 0; m < 2; m++) {
                 Vec3 w = lanes_at(lanes.v, to[m]), y = vec3_sub(lanes_at(lanes.x, to[m]), w);
                 relative = fmax(relative, vec3_dot(vec3_sub(w, v), vec3_sub(w, v)));
@@ -97,6 +107,12 @@ static void test_looks(void **unused) {
             CHECK_NEAR(fmax(kernel->spread(&l, lanes.x, lanes.v, 0, 2),
                             kernel->spread(&l, lanes.x, lanes.v, 2, l.nv)),
                        spread, 1e-14);
+            Box low = kernel->moved(&l, lanes.x, lanes.v, 0, 2);
+            check_box(box_union(low, kernel->moved(&l, lanes.x, lanes.v, 2, l.nv)), moved);
+            kernel->lead(lanes.x, lanes.v, led, 0.3, lanes.slot_count);
+            for (int s = 0; s < lanes.slot_count; s++) {
+                assert_true(led[1][s] == lanes.x[1][s] + 0.3 * lanes.v[1][s]);
+            }
         }
         arena_free(&arena);
     }

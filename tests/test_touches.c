@@ -21,8 +21,6 @@ static double no_motion(void *owner) {
     return 0.0;
 }
 
-static void no_mark(void *owner) { (void)owner; }
-
 /* a cloth over a box that stands on an edge, whose opposite edge is the y axis */
 typedef struct Rig {
     Bench bench;
@@ -35,6 +33,11 @@ typedef struct Rig {
     unsigned char *held;
     Contact *contact;
 } Rig;
+
+static double *const *where_it_is(void *owner, double ahead) {
+    (void)ahead;
+    return ((Rig *)owner)->lanes.x;
+}
 
 static void rig_make(Rig *r) {
     memset(r, 0, sizeof *r);
@@ -70,7 +73,7 @@ static void rig_make(Rig *r) {
 
 /* [J] of the contacts where the cloth lies on the arc, turned by `yaw`, and has gone `shift` [m] along it */
 static double rig_energy(Rig *r, double shift, double yaw) {
-    ContactMotion motion = {no_motion, no_mark, no_motion, no_motion, NULL};
+    ContactMotion motion = {no_motion, where_it_is, no_motion, no_motion, no_motion, r};
     for (int i = 0; i < r->def.vertex_count; i++) {
         double u = (i % NODES - NODES / 2) * SPACING, v = (i / NODES - NODES / 2) * SPACING;
         double along = cos(yaw) * u - sin(yaw) * v + shift, angle = along / RADIUS;

@@ -62,14 +62,18 @@
 #define CONTACT_QUIET_LEAST_STEPS 3.0 /* that it must hold, or the lists are made */
 #define CONTACT_QUIET_FOLD_STEPS 30.0 /* less is worth a look at single rows of cells */
 #define CONTACT_QUIET_COST 20.0       /* of a proof, in looks at the spread of neighbours */
-#define CONTACT_QUIET_SHARE 0.6       /* of the room of flat cloth is enough */
+#define CONTACT_QUIET_SHARE 0.7       /* of the room of flat cloth is enough */
 /* steps that speeds alone could use up the room of neighbours in: where less, rows get frames */
 #define CONTACT_QUIET_CLOSE_STEPS 16.0
-#define CONTACT_QUIET_RETRY 20.0  /* steps until the next try */
-#define CONTACT_VERTEX_GRAIN 1024 /* vertices that a thread takes at once; a multiple of 8 */
-#define CONTACT_PARTS 8           /* of the forces at solids, at most */
-#define CONTACT_LEAST_PART 64     /* forces of a part, some 5 us */
-#define CONTACT_GROUP_REACH 0.4   /* of the size of a group: how far neighbours are listed */
+#define CONTACT_QUIET_AHEAD                                                                        \
+    0.4 /* of the room of neighbours: so far a proof is ahead of the cloth */
+#define CONTACT_QUIET_BEGIN 0.85    /* of a room: more is not left by one that is ahead */
+#define CONTACT_QUIET_FAR_STEPS 3.0 /* after which any two vertices are looked at again */
+#define CONTACT_QUIET_RETRY 20.0    /* steps until the next try */
+#define CONTACT_VERTEX_GRAIN 1024   /* vertices that a thread takes at once; a multiple of 8 */
+#define CONTACT_PARTS 8             /* of the forces at solids, at most */
+#define CONTACT_LEAST_PART 64       /* forces of a part, some 5 us */
+#define CONTACT_GROUP_REACH 0.4     /* of the size of a group: how far neighbours are listed */
 
 /* ---- implicit road ---- */
 

@@ -51,9 +51,12 @@ typedef struct ContactDef {
 /* Bounds of the motion of all vertices, asked for while nothing is near (quiet.h). */
 typedef struct ContactMotion {
     double (*fastest)(void *owner); /* [m/s] no vertex is faster now */
-    void (*mark)(void *owner);      /* spreads count from the positions of now on */
-    double (*spread)(void *owner);  /* [m] no two nodes next to each other on a lattice have moved
-                                       more against each other */
+    /* Spreads count from the positions to which the velocities of now lead in `ahead` [s]. Returns them, in
+     * lanes (3). */
+    double *const *(*mark)(void *owner, double ahead);
+    double (*spread)(void *owner); /* [m] no two nodes next to each other on a lattice have moved
+                                      more against each other */
+    double (*mutual)(void *owner); /* [m] no two vertices have */
     /* [m/s] no two such nodes move faster against each other now */
     double (*relative)(void *owner);
     void *owner;

@@ -176,7 +176,7 @@ static double strips_room(const QuietPanel *panel, const Strip *strip, int count
 static Proof prove_folded(const Proof *p, BlockRef a, BlockRef b, int axis) {
     const SurfacePanel *panel = &p->c->surface.panels[a.panel];
     Proof trial = *p;
-    Strip strip[2 * SURFACE_BLOCK];
+    Strip strip[2 * SURFACE_BLOCK] = {{.parts = 0}};
     int count = find_strips(p, a, b, axis, strip);
     int width = count > FOLD_STRIPS ? FOLD_STRIPS : count < FOLD_STRIPS ? count : FOLD_STRIPS - 1;
     for (int k = 0; k + width <= count && !trial.fails; k++) {
@@ -396,39 +396,56 @@ static double aim(const Contact *c, double near_motion) {
     return min2(steps, near_enough(c) / near_motion);
 }
 
+/* Proves from the positions on to which the velocities lead in `ahead` [s]; is there room for those of now? */
+static bool prove_ahead(Contact *c, Proof *proof, double ahead) {
+    Quiet *quiet = &c->quiet;
+    const ContactMotion *motion = &c->view.motion;
+    proof->view.lanes = motion->mark(motion->owner, ahead);
+    for (int p = 0; p < c->surface.panel_count; p++) {
+        quiet_blocks_fit(&proof->view, &quiet->panels[p], p);
+    }
+    prove_all(proof);
+    bool look = ahead > 0.0 && !proof->fails;
+    double near = look ? motion->spread(motion->owner) : 0.0;
+    double far = look ? motion->mutual(motion->owner) : 0.0;
+    quiet->holds = !proof->fails && near <= CONTACT_QUIET_BEGIN * proof->near_room &&
+                   far <= CONTACT_QUIET_BEGIN * proof->far_room;
+    quiet->near_path = quiet->spread = quiet->begun = near;
+    quiet->far_path = quiet->far_seen = far;
+    quiet->near_room = proof->near_room, quiet->far_room = proof->far_room;
+    quiet->lasting = proof->steps;
+    quiet->tight = proof->tight;
+    return quiet->holds;
+}
+
 bool quiet_prove(Contact *c, double dt) {
     Quiet *quiet = &c->quiet;
     const ContactMotion *motion = &c->view.motion;
-    double steps = c->step_count - quiet->proven, near = quiet->spread / steps;
+    double steps = c->step_count - quiet->proven, near = (quiet->begun + quiet->spread) / steps;
+    double ahead = 0.0;
     if (!(quiet->holds && steps > 0.0 && near > 0.0)) {
         double fastest = motion->fastest(motion->owner);
         quiet->speeds = (ContactSpeeds){fastest, 2.0 * fastest, motion->relative(motion->owner)};
         near = dt * quiet->speeds.relative;
+    } else if (c->def->obstacle_count == 0) {
+        ahead = dt * CONTACT_QUIET_AHEAD * quiet->near_room / near;
     }
-    Proof proof = {.c = c,
-                   .view = {&c->surface, c->view.lanes, c->view.slot, c->def->vertex_count, c->x,
-                            quiet->kernel},
-                   .near_motion = near,
-                   .far_motion = dt * (approach(c) + fastest_obstacle(c)),
-                   .near_room = INFINITY,
-                   .far_room = INFINITY,
-                   .steps = aim(c, near)};
-    for (int p = 0; p < c->surface.panel_count; p++) {
-        quiet_blocks_fit(&proof.view, &quiet->panels[p], p);
+    Proof proof = {
+        .c = c,
+        .view = {&c->surface, NULL, c->view.slot, c->def->vertex_count, c->x, quiet->kernel},
+        .near_motion = near,
+        .far_motion = dt * (approach(c) + fastest_obstacle(c)),
+        .near_room = INFINITY,
+        .far_room = INFINITY,
+        .steps = aim(c, near)};
+    Proof again = proof;
+    if (!prove_ahead(c, &proof, ahead) && ahead > 0.0) {
+        prove_ahead(c, &again, 0.0);
     }
-    prove_all(&proof);
-    quiet->holds = !proof.fails;
-    quiet->near_path = quiet->far_path = quiet->spread = 0.0;
     quiet->close = false;
-    quiet->near_room = proof.near_room, quiet->far_room = proof.far_room;
-    quiet->lasting = proof.steps;
-    quiet->tight = proof.tight;
     quiet->proven = c->step_count;
     quiet->cost = CONTACT_QUIET_COST;
     quiet->retry = c->step_count + CONTACT_QUIET_RETRY;
-    if (quiet->holds) {
-        motion->mark(motion->owner);
-    }
     return quiet->holds;
 }
 
@@ -484,6 +501,11 @@ bool quiet_has_room(Contact *c, double dt) {
     double fast = most * dt * approach(c), own = dt * fastest_obstacle(c);
     double step = most * dt * quiet->speeds.relative;
     quiet->near_step = quiet->far_step = INFINITY;
+    if (quiet->far_path + fast + own >= quiet->far_room && c->def->obstacle_count == 0 &&
+        quiet->far_path - quiet->far_seen > CONTACT_QUIET_FAR_STEPS * fast) {
+        quiet->far_path = quiet->far_seen = motion->mutual(motion->owner);
+        quiet->cost++;
+    }
     if (quiet->far_path + fast + own >= quiet->far_room) {
         quiet->far_step = 2.0 * dt * motion->fastest(motion->owner);
         if (quiet->far_path + quiet->far_step + own >= quiet->far_room) {

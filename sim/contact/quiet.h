@@ -11,13 +11,16 @@
  *   to the other, and by at most the paths of the fastest vertices. If they are not far from each
  *   other, also by the slopes of all blocks in the rectangle between them;
  * - a block and a solid by the ball around its box.
- * So the proof holds while two paths stay below their rooms: the spread of neighbours since then,
- * and the sum of the fastest motions. The spread is bounded by the sum, since it was looked at last, of how
- * fast neighbours were at most in each step: the drift says so, by the speeds of all nodes or, closer, by
- * those in the frame of each row (sweep.h). Where that is too much it is bounded by the fastest relative
- * motion of neighbours: after the kick the velocities of a step are known. Motions are straight and the
- * spread of a pair is convex along them: what holds at both ends of a step holds in it. A proof is about
- * positions, so it goes on in the next interval where these are the same. */
+ * So the proof holds while two paths stay below their rooms: the spread of neighbours against where they
+ * were proven, and what any two vertices have moved against each other since then. Where there is nothing but
+ * cloth, it is proven for a place ahead, to which the velocities of now lead while they use up a part of the
+ * room: cloth comes nearer to that place before it leaves it, so the proof lasts longer.
+ * The spread is bounded by the sum, since it was looked at last, of how fast neighbours were at most in each
+ * step: the drift says so, by the speeds of all nodes or, closer, by those in the frame of each row (sweep.h).
+ * Where that is too much it is bounded by the fastest relative motion of neighbours: after the kick the
+ * velocities of a step are known. Motions are straight and the spread of a pair is convex along them: what
+ * holds at both ends of a step holds in it. A proof is about positions, so it goes on in the next interval
+ * where these are the same. */
 #ifndef TOILE_CONTACT_QUIET_H
 #define TOILE_CONTACT_QUIET_H
 
@@ -40,8 +43,10 @@ typedef struct Quiet {
     double near_room, near_path; /* [m] of neighbours against each other */
     double far_room, far_path;   /* [m] of two bodies towards each other */
     double spread;               /* [m] of neighbours as looked at last */
-    double near_step, far_step;  /* [m] of the step that follows, if looked at; else infinite */
-    ContactSpeeds speeds;        /* of the last step */
+    double begun;    /* [m] of neighbours as the proof was made, which was ahead of them */
+    double far_seen; /* [m] far_path as looked at last */
+    double near_step, far_step; /* [m] of the step that follows, if looked at; else infinite */
+    ContactSpeeds speeds;       /* of the last step */
     bool close; /* is a close bound of `relative` wanted? Until the proof ends: without it leaps */
     double lasting;  /* [steps] of the last proof, as far as was known */
     QuietPair tight; /* that let it last no longer */

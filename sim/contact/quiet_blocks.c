@@ -41,7 +41,7 @@ static inline Vec3 place_now(const QuietView *view, int place) {
         return vec3_load(view->x + 3 * (long)place);
     }
     int slot = view->slot[place];
-    double *const *x = view->lanes->x;
+    double *const *x = view->lanes;
     return vec3(x[0][slot], x[1][slot], x[2][slot]);
 }
 
@@ -78,7 +78,7 @@ static void batch_end(Batch *batch) {
     SlopeRows *rows = &batch->rows;
     const QuietView *view = batch->view;
     const SurfacePanel *panel = &view->surface->panels[batch->panel];
-    SlopeNodes nodes = {{panel->h1, panel->h2}, view->slot + panel->first, view->lanes->x};
+    SlopeNodes nodes = {{panel->h1, panel->h2}, view->slot + panel->first, view->lanes};
     view->kernel->fit(&nodes, rows); /* a lattice is cloth */
     for (int k = 0; k < batch->count; k++) {
         SlopeRow *low = rows->low, *high = rows->high;

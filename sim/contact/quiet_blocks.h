@@ -38,8 +38,8 @@ typedef struct QuietPanel {
 /* Where the vertices are: those of cloth in lanes, others (of meshes) in x. */
 typedef struct QuietView {
     const Surface *surface;
-    const Lanes *lanes;
-    const int *slot; /* (cloth_count) */
+    double *const *lanes; /* 3 */
+    const int *slot;      /* (cloth_count) */
     int cloth_count;
     const double *x; /* [m] (places x 3) */
     const SlopeKernel *kernel;

@@ -1,5 +1,6 @@
 /* look_kernel.c: the row loops of looks.h. Compiled once per vector width (see the Makefile). The order of
  * largest values does not matter: a row ends with a whole vector that begins within the one before. */
+#include <math.h>
 #include <stddef.h>
 
 #include "sim/base/vector.h"
@@ -124,4 +125,66 @@ static double spread_of_rows(const SweepLattice *l, double *const x[3], double *
                 : spread_all(l, x, NULL, row_begin, row_end);
 }
 
-const LookKernel VECTOR_JOIN(look_kernel_, VECTOR_VARIANT) = {fastest_of_rows, spread_of_rows};
+/* x - from, in lanes */
+typedef struct Moved {
+    double low[WHOLE_VECTORS], high[WHOLE_VECTORS];
+} Moved;
+
+static inline void keep_moved(Moved *moved, const double *restrict x, const double *restrict from,
+                              int width) {
+    VECTOR_LOOP
+    for (int k = 0; k < width; k++) {
+        double d = x[k] - from[k];
+        moved->low[k] = d < moved->low[k] ? d : moved->low[k];
+        moved->high[k] = d > moved->high[k] ? d : moved->high[k];
+    }
+}
+
+/* of one axis */
+static void moved_of_rows(const SweepLattice *l, const double *x, const double *from, int row_begin,
+                          int row_end, double *low, double *high) {
+    Moved moved;
+    for (int k = 0; k < WHOLE_VECTORS; k++) {
+        moved.low[k] = INFINITY, moved.high[k] = -INFINITY;
+    }
+    for (int j = row_begin; j < row_end; j++) {
+        size_t at = (size_t)l->first + (size_t)j * (size_t)l->stride;
+        if (l->nu < WHOLE_VECTORS) {
+            keep_moved(&moved, x + at, from + at, l->nu);
+            continue;
+        }
+        for (int i = 0; i < l->nu; i += WHOLE_VECTORS) {
+            size_t n = at + (size_t)vector_start(i, l->nu);
+            keep_moved(&moved, x + n, from + n, WHOLE_VECTORS);
+        }
+    }
+    *low = INFINITY, *high = -INFINITY;
+    for (int k = 0; k < WHOLE_VECTORS; k++) {
+        *low = moved.low[k] < *low ? moved.low[k] : *low;
+        *high = moved.high[k] > *high ? moved.high[k] : *high;
+    }
+}
+
+static Box box_of_rows(const SweepLattice *l, double *const x[3], double *const from[3],
+                       int row_begin, int row_end) {
+    Box box;
+    moved_of_rows(l, x[0], from[0], row_begin, row_end, &box.low.x, &box.high.x);
+    moved_of_rows(l, x[1], from[1], row_begin, row_end, &box.low.y, &box.high.y);
+    moved_of_rows(l, x[2], from[2], row_begin, row_end, &box.low.z, &box.high.z);
+    return box;
+}
+
+static void lead_slots(double *const x[3], double *const v[3], double *const out[3], double ahead,
+                       int count) {
+    for (int a = 0; a < 3; a++) {
+        const double *restrict p = x[a], *restrict q = v[a];
+        double *restrict to = out[a];
+        VECTOR_LOOP
+        for (int k = 0; k < count; k++) {
+            to[k] = p[k] + ahead * q[k];
+        }
+    }
+}
+
+const LookKernel VECTOR_JOIN(look_kernel_, VECTOR_VARIANT) = {fastest_of_rows, spread_of_rows,
+                                                              box_of_rows, lead_slots};

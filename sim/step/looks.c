@@ -13,7 +13,8 @@ const LookKernel *looks_kernel(VectorWidth width) {
 
 Looks looks_create(const System *system, const Lanes *lanes, const int *slot,
                    const SweepLattice *lattices, const int *grain) {
-    Looks l = {system, looks_kernel(vector_best()), lanes, slot, lattices, grain, NULL, {NULL}};
+    Looks l = {system, looks_kernel(vector_best()), lanes, slot, lattices, grain, NULL, NULL,
+               {NULL}};
     int chunks = 1;
     for (int c = 0; c < system->cloth_count; c++) {
         if (lattices[c].nu > 0) {
@@ -22,6 +23,7 @@ Looks looks_create(const System *system, const Lanes *lanes, const int *slot,
         }
     }
     l.chunk_most = arena_push(system->arena, double, chunks);
+    l.chunk_box = arena_push(system->arena, Box, chunks);
     for (int a = 0; a < 3; a++) {
         l.marked[a] = arena_push(system->arena, double, lanes->slot_count);
     }
@@ -101,11 +103,13 @@ static double fastest_now(void *owner) {
     return max2(fastest, sqrt(other));
 }
 
-static void mark_places(void *owner) {
+static double *const *mark_places(void *owner, double ahead) {
     Looks *l = owner;
-    for (int a = 0; a < 3; a++) {
-        memcpy(l->marked[a], l->lanes->x[a], (size_t)l->lanes->slot_count * sizeof(double));
+    l->kernel->lead(l->lanes->x, l->lanes->v, l->marked, ahead, l->lanes->slot_count);
+    for (int c = 0; c < l->system->cloth_count && ahead > 0.0; c++) {
+        sweep_wrap_rows(&l->lattices[c], l->marked);
     }
+    return l->marked;
 }
 
 static void spread_chunk(int chunk, int first, int end, void *context) {
@@ -117,6 +121,40 @@ static void spread_chunk(int chunk, int first, int end, void *context) {
 static double spread_now(void *owner) {
     Looks *l = owner;
     return max2(most_of_chunks(l, spread_chunk), spread_of_others(l, l->lanes->x, l->marked));
+}
+
+static void moved_chunk(int chunk, int first, int end, void *context) {
+    LookJob *job = context;
+    Looks *l = job->looks;
+    l->chunk_box[chunk] = l->kernel->moved(job->lattice, l->lanes->x, l->marked, first, end);
+}
+
+/* adds x - marked of a cloth that no sweep moves */
+static void box_other(const Looks *l, int c, Box *box) {
+    double *const *x = l->lanes->x, *const *from = l->marked;
+    int first = l->system->first[c];
+    for (int i = first; i < first + l->system->cloths[c].node_count; i++) {
+        int s = l->slot[i];
+        box_add(box, vec3(x[0][s] - from[0][s], x[1][s] - from[1][s], x[2][s] - from[2][s]));
+    }
+}
+
+static double mutual_now(void *owner) {
+    Looks *l = owner;
+    Box box = box_empty();
+    for (int c = 0; c < l->system->cloth_count; c++) {
+        const SweepLattice *lattice = &l->lattices[c];
+        if (lattice->nu == 0) {
+            box_other(l, c, &box);
+            continue;
+        }
+        LookJob job = {l, lattice};
+        parallel_for(lattice->nv, l->grain[c], moved_chunk, &job);
+        for (int k = 0; k < parallel_chunk_count(lattice->nv, l->grain[c]); k++) {
+            box = box_union(box, l->chunk_box[k]);
+        }
+    }
+    return vec3_length(vec3_sub(box.high, box.low));
 }
 
 static void relative_chunk(int chunk, int first, int end, void *context) {
@@ -134,5 +172,5 @@ static double relative_now(void *owner) {
 }
 
 ContactMotion looks_motion(Looks *looks) {
-    return (ContactMotion){fastest_now, mark_places, spread_now, relative_now, looks};
+    return (ContactMotion){fastest_now, mark_places, spread_now, mutual_now, relative_now, looks};
 }

@@ -4,6 +4,7 @@
 
 #include "sim/base/vector.h"
 #include "sim/contact/contact.h"
+#include "sim/geom/box_tree.h"
 #include "sim/model/sweep.h"
 #include "sim/step/system.h"
 
@@ -15,6 +16,12 @@ typedef struct LookKernel {
      * those rows, and up to the row that follows. */
     double (*spread)(const SweepLattice *lattice, double *const x[3], double *const from[3],
                      int row_begin, int row_end);
+    /* Box of x - from in those rows. */
+    Box (*moved)(const SweepLattice *lattice, double *const x[3], double *const from[3],
+                 int row_begin, int row_end);
+    /* out = x + ahead v, of so many slots. */
+    void (*lead)(double *const x[3], double *const v[3], double *const out[3], double ahead,
+                 int count);
 } LookKernel;
 
 extern const LookKernel look_kernel_scalar, look_kernel_sse2, look_kernel_avx2, look_kernel_avx512;
@@ -29,6 +36,7 @@ typedef struct Looks {
     const SweepLattice *lattices; /* (cloth_count) with first slots; nu = 0: none */
     const int *grain;             /* (cloth_count) rows of a chunk */
     double *chunk_most;           /* squares, of the chunks of one cloth */
+    Box *chunk_box;               /* [m] likewise */
     double *marked[3];            /* [m] (slot_count) positions from which spreads count */
 } Looks;
 
