@@ -23,6 +23,7 @@ typedef struct Proof {
     double near_room, far_room;
     double steps; /* that it should last, and can as far as is known */
     bool fails;
+    int folds;       /* axis along which the last fold was proven, to be tried first */
     QuietPair tight; /* lasts no longer */
 } Proof;
 
@@ -202,11 +203,14 @@ static bool prove_flat(Proof *p, BlockRef a, BlockRef b) {
         return take(p, &p->near_room, room, p->near_motion, a.level == 0);
     }
     Proof best = *p;
+    int first = p->folds;
     take(&best, &best.near_room, room, p->near_motion, true);
-    for (int axis = 0; axis < 2; axis++) {
+    for (int k = 0; k < 2 && (best.fails || best.steps < p->steps); k++) {
+        int axis = k == 0 ? first : 1 - first;
         Proof trial = prove_folded(p, a, b, axis);
         if (!trial.fails && (best.fails || trial.steps > best.steps)) {
             best = trial;
+            best.folds = axis;
         }
     }
     *p = best;
