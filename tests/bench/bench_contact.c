@@ -27,6 +27,7 @@ static const Drape drapes[] = {
     {"cube; Eh=1000", 51, 1000, 1.2, "[0, 0, 2 cm]", CUBE, 2},
     {"cube; Eh=3000", 51, 3000, 1.2, "[0, 0, 2 cm]", CUBE, 2},
     {"cube; Eh=1000", 101, 1000, 7, "[0, 0, 2 cm]", CUBE, 2},
+    {"cube; Eh=1000", 201, 1000, 50, "[0, 0, 2 cm]", CUBE, 2},
     {"sphere", 51, 1000, 2.2, "[0, 0, 2 cm]", BALL, 1},
     {"ball of 1280 triangles", 51, 1000, 3, "[0, 0, 2 cm]",
      MESH("icosphere.obj, scale: 25 cm", "[0, 0, -25 cm]"), 1},
@@ -39,7 +40,7 @@ static const char twist[] =
     "    shape: {sleeve: {radius: 25 cm, length: 1 m, rest: curved}}\n"
     "    fabric: {name: f, weight: 150 g/m2, thickness: 2.5 mm, isotropic: {stretch: %g N/m,"
     " poisson: 0.3, bending: 1e-5 N m}}\n"
-    "    nodes: 36 x 41\n    noise: 0.2 mm\n    damping: 2 1/s\nhandles:\n"
+    "    nodes: %d x %d\n    noise: 0.2 mm\n    damping: 2 1/s\nhandles:\n"
     "  - hold: tube.start\n    motion: [{turn: {axis: z, by: -288 deg, from: 0 s, to: 4 s}},"
     " {move: {by: [0, 0, 2 cm], from: 0 s, to: 4 s}}]\n"
     "  - hold: tube.end\n    motion: [{turn: {axis: z, by: 288 deg, from: 0 s, to: 4 s}},"
@@ -100,7 +101,8 @@ static void write_rows(const char *name, int nodes, const Play *play, double sec
                            cpu / seconds, most, NAN, cpu, note, NULL});
 }
 
-static void run_drape(const Drape *d) {
+/* [CPU s / s] */
+static double run_drape(const Drape *d) {
     char text[2000];
     snprintf(text, sizeof text,
              "toile: 1\nfilm: {rate: 30, seconds: 9}\ncloth:\n  sheet:\n"
@@ -124,26 +126,46 @@ static void run_drape(const Drape *d) {
     bench_write((BenchRow){"contact", d->name, "central", "cell_strain", d->nodes, NAN, stretched,
                            0.015, NAN, NAN, note, NULL});
     play_end(&play);
+    return cpu / d->seconds;
 }
 
-static void run_twist(double stretch) {
+/* `most` [CPU s / s] demanded */
+static void run_twist(int around, int along, double stretch, double most) {
     char text[2000], name[80];
     Play play;
     double cpu;
-    snprintf(text, sizeof text, twist, stretch);
+    snprintf(text, sizeof text, twist, stretch, around, along);
     snprintf(name, sizeof name, "cylinder twisted by 1.6 turns; Eh=%g", stretch);
     play_start(&play, text);
     long crossings = judge(&play, 4.0, &cpu);
-    write_rows(name, 41, &play, 4.0, 1.6, cpu, crossings);
+    write_rows(name, along, &play, 4.0, most, cpu, crossings);
     play_end(&play);
 }
 
-static void run(void) {
-    for (size_t i = 0; i < sizeof drapes / sizeof drapes[0]; i++) {
-        run_drape(&drapes[i]);
+/* time grows as nodes a side to this power: the slope of the line through the logarithms */
+static void write_growth(const double *nodes, const double *cpu, int count) {
+    double sum[4] = {0};
+    for (int k = 0; k < count; k++) {
+        double x = log(nodes[k]), y = log(cpu[k]);
+        sum[0] += x, sum[1] += y, sum[2] += x * x, sum[3] += x * y;
     }
-    run_twist(100);
-    run_twist(1000);
+    double slope = (count * sum[3] - sum[0] * sum[1]) / (count * sum[2] - sum[0] * sum[0]);
+    bench_write((BenchRow){"contact", "cube; Eh=1000", "central", "growth", (int)nodes[count - 1],
+                           NAN, slope, NAN, NAN, NAN, "power of the nodes a side", NULL});
+}
+
+static void run(void) {
+    enum { DRAPES = sizeof drapes / sizeof drapes[0] };
+    double nodes[DRAPES], cpu[DRAPES];
+    int count = 0;
+    for (int k = 0; k < DRAPES; k++) {
+        nodes[count] = drapes[k].nodes, cpu[count] = run_drape(&drapes[k]);
+        count += strcmp(drapes[k].name, drapes[0].name) == 0;
+    }
+    write_growth(nodes, cpu, count);
+    run_twist(36, 41, 100, 1.6);
+    run_twist(36, 41, 1000, 1.6);
+    run_twist(72, 81, 100, 7);
 }
 
 const BenchSuite bench_contact = {"contact", "drapes, meshes and a twist; every frame judged", run};
