@@ -73,6 +73,7 @@ static bool create(Cloth *cloth, Arena *arena, Error *error) {
     for (int i = 0; i < cloth->node_count; i++) {
         cloth->mass[i] = cloth->material.density * p->area[i];
     }
+    cloth->fastest = sweeps ? (Fastest){0} : fastest_by_power(cloth);
     return true;
 }
 
@@ -82,13 +83,18 @@ static double energy(const Cloth *cloth, const double *x) {
     return strain_energy(&mlpg->membrane, x) + bending_energy(&mlpg->bending, x) + sides;
 }
 
-static void add_gradient(const Cloth *cloth, const double *x, double *gradient) {
+static void add_damped_gradient(const Cloth *cloth, const double *stretched, const double *bent,
+                                double *gradient) {
     const Mlpg *mlpg = cloth->data;
-    strain_add_gradient(&mlpg->membrane, x, gradient);
-    bending_add_gradient(&mlpg->bending, x, gradient);
+    strain_add_gradient(&mlpg->membrane, stretched, gradient);
+    bending_add_gradient(&mlpg->bending, bent, gradient);
     if (mlpg->sweep.bounded) {
-        side_bound_add_gradient(&mlpg->sweep, &mlpg->membrane, x, gradient);
+        side_bound_add_gradient(&mlpg->sweep, &mlpg->membrane, stretched, gradient);
     }
+}
+
+static void add_gradient(const Cloth *cloth, const double *x, double *gradient) {
+    add_damped_gradient(cloth, x, x, gradient);
 }
 
 static void add_rest_gradient(const Cloth *cloth, const double *x, double *gradient) {
@@ -147,6 +153,7 @@ const ClothModel cloth_model_mlpg = {
     .create = create,
     .energy = energy,
     .add_gradient = add_gradient,
+    .add_damped_gradient = add_damped_gradient,
     .add_rest_gradient = add_rest_gradient,
     .add_ghost_gradient = add_ghost_gradient,
     .stress = stress,

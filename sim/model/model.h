@@ -33,14 +33,13 @@ typedef struct Cloth {
     Material material;
     BendingKind bending; /* never auto */
     int node_count, ghost_count;
-    const Ghost *ghosts;           /* (ghost_count) */
-    bool clamp[4];                 /* lattice borders with prescribed slope */
-    double *mass;                  /* [kg] (node_count) lumped */
-    int strain_count;              /* numbers in a stress state of add_hessian */
-    const SweepLattice *lattice;   /* explicit sweep (first slot not set); NULL: none */
-    const SweepLattice *limits;    /* without a sweep: stiffnesses that bound damping inside the
-                                      fabric; NULL: it has none */
-    void *data;                    /* of the model */
+    const Ghost *ghosts;         /* (ghost_count) */
+    bool clamp[4];               /* lattice borders with prescribed slope */
+    double *mass;                /* [kg] (node_count) lumped */
+    int strain_count;            /* numbers in a stress state of add_hessian */
+    const SweepLattice *lattice; /* explicit sweep (first slot not set); NULL: none */
+    Fastest fastest; /* without a sweep: bounds damping inside the fabric; all 0: it has none */
+    void *data;      /* of the model */
     struct YarnFriction *friction; /* NULL: the cloth is elastic */
     int history_count;
     double *history;  /* (history_count) of accepted steps; see commit */
@@ -63,7 +62,7 @@ struct ClothModel {
     /* gradient += dE/dx [N]; (node_count + ghost_count) x 3. */
     void (*add_gradient)(const Cloth *cloth, const double *x, double *gradient);
     /* The same with stretch and shear taken at `stretched`, curvature at `bent`, a little ahead of
-     * the motion: damping inside the fabric. NULL unless cloth->limits. */
+     * the motion: damping inside the fabric. NULL: there is none. */
     void (*add_damped_gradient)(const Cloth *cloth, const double *stretched, const double *bent,
                                 double *gradient);
     /* Only the rest-curvature part of dE/dx, which the sweep of `lattice` leaves out unless

@@ -26,9 +26,8 @@ typedef struct Particles {
     SpringNet threads;
     ThreadUnits units;
     Bending twist;
-    ThreadRows *rows;    /* forces of all these but the walls, and threads of the fifth power */
-    Repel *repel;        /* NULL: none */
-    SweepLattice limits; /* for damping */
+    ThreadRows *rows; /* forces of all these but the walls, and threads of the fifth power */
+    Repel *repel;     /* NULL: none */
 } Particles;
 
 static void create_threads(Cloth *cloth, Particles *s, Arena *arena) {
@@ -64,13 +63,6 @@ static const char *note(const Cloth *cloth, Arena *arena) {
     snprintf(text, sizeof text, "particles have no Poisson ratio, the fabric %.2g; D12 is left out",
              m->c12 / m->c22);
     return arena_strdup(arena, text);
-}
-
-static void create_limits(Cloth *cloth, Particles *s) {
-    s->limits = damping_limits(cloth);
-    s->limits.d11 = yarn_stiffest(&s->units.bend[0]);
-    s->limits.d22 = yarn_stiffest(&s->units.bend[1]);
-    cloth->limits = &s->limits;
 }
 
 /* [J] C0 with the tension of the line at FIFTH_AT */
@@ -113,7 +105,8 @@ static bool create(Cloth *cloth, Arena *arena, Error *error) {
     bool line = !cloth->def->fifth_power;
     double stiffness[2] = {line ? s->kinds[0].stiffness : 0.0, line ? s->kinds[2].stiffness : 0.0};
     s->rows = thread_rows_create(p, &s->units, stiffness, 4.0 * m->d66, arena);
-    create_limits(cloth, s);
+    cloth->fastest = fastest_of_lattice(cloth, yarn_stiffest(&s->units.bend[0]),
+                                        yarn_stiffest(&s->units.bend[1]));
     cloth->strain_count = s->threads.spring_count;
     for (int i = 0; i < cloth->node_count; i++) {
         cloth->mass[i] = m->density * p->area[i];

@@ -30,11 +30,10 @@ enum { DIAGONAL = 4, BEND = 5, KINDS = 13 };
 typedef struct Springs {
     SpringKind kinds[KINDS];
     SpringNet net;
-    bool second;         /* second neighbours bend */
-    bool curvature;      /* the tangent has that of `bending` */
-    Bending bending;     /* the residual, unless second neighbours bend */
-    SweepLattice limits; /* for damping */
-    double push;         /* [1/s2] largest stiffness / mass that springs at rest do not show: of
+    bool second;     /* second neighbours bend */
+    bool curvature;  /* the tangent has that of `bending` */
+    Bending bending; /* the residual, unless second neighbours bend */
+    double push;     /* [1/s2] largest stiffness / mass that springs at rest do not show: of
                         pushing ones, and of those stretched beyond the limit */
 } Springs;
 
@@ -230,8 +229,7 @@ static bool create(Cloth *cloth, Arena *arena, Error *error) {
     cloth->material.c11 = c.c11, cloth->material.c12 = c.c12, cloth->material.c22 = c.c22;
     cloth->material.d12 = 0.0;
     cloth->material.d66 = s->second ? 0.0 : cloth->material.d66;
-    s->limits = damping_limits(cloth);
-    cloth->limits = &s->limits;
+    cloth->fastest = fastest_of_lattice(cloth, cloth->material.d11, cloth->material.d22);
     create_springs(cloth, s, arena);
     create_limits(cloth, s, arena);
     BendingSamples samples;

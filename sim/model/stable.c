@@ -3,31 +3,48 @@
 #include <math.h>
 #include <string.h>
 
-double stable_step_by_power(const Cloth *cloth) {
-    enum { ITERATIONS = 300 };      /* 4000 give the same */
-    const double difference = 1e-6; /* of the spacing */
+#define STEP_ITERATIONS 300    /* 4000 give the same */
+#define DAMPING_ITERATIONS 100 /* within some percent, of a bound that has room */
+#define DIFFERENCE 1e-6        /* of the spacing */
+
+typedef enum Part { PART_ALL, PART_BENDING, PART_MEMBRANE } Part;
+
+/* at x + change of what is looked at, at x of the rest */
+static void part_gradient(const Cloth *cloth, Part part, const double *x, const double *moved,
+                          double *gradient, int count) {
+    memset(gradient, 0, (size_t)count * sizeof *gradient);
+    if (part == PART_ALL) {
+        cloth->model->add_gradient(cloth, moved, gradient);
+    } else {
+        cloth->model->add_damped_gradient(cloth, part == PART_MEMBRANE ? moved : x,
+                                          part == PART_BENDING ? moved : x, gradient);
+    }
+}
+
+/* [1/s2] the square of the fastest angular frequency at the start, by the power method on differences of
+ * the gradient */
+static double fastest2(const Cloth *cloth, Part part, int iterations) {
     Arena arena = {0};
     int count = 3 * (cloth->node_count + cloth->ghost_count);
     double *x = arena_push(&arena, double, count), *d = arena_push(&arena, double, count);
     double *moved = arena_push(&arena, double, count), *g = arena_push(&arena, double, count);
     double *g0 = arena_push(&arena, double, count);
     cloth_start(cloth, x);
-    cloth->model->add_gradient(cloth, x, g0);
-    double lambda = 0.0, scale = difference * cloth->panel.h1;
+    part_gradient(cloth, part, x, x, g0, count);
+    double lambda = 0.0, scale = DIFFERENCE * cloth->panel.h1;
     for (int i = 0; i < 3 * cloth->node_count; i++) {
         d[i] = (i % 3 == 0 ? 1.0 : 0.5) * (i / 3 % 2 ? -1.0 : 1.0) + 0.3 * sin(1.7 * i);
     }
-    for (int k = 0; k < ITERATIONS; k++) {
+    for (int k = 0; k < iterations; k++) {
         double norm = 0.0;
         for (int i = 0; i < 3 * cloth->node_count; i++) {
             norm = fmax(norm, fabs(d[i]));
         }
-        memset(g, 0, (size_t)count * sizeof *g);
         for (int i = 0; i < count; i++) {
             d[i] /= norm;
             moved[i] = x[i] + scale * d[i];
         }
-        cloth->model->add_gradient(cloth, moved, g);
+        part_gradient(cloth, part, x, moved, g, count);
         double dd = 0.0, dkd = 0.0;
         for (int i = 0; i < 3 * cloth->node_count; i++) {
             double kd = (g[i] - g0[i]) / (scale * cloth->mass[i / 3]);
@@ -38,18 +55,29 @@ double stable_step_by_power(const Cloth *cloth) {
         lambda = dkd / dd;
     }
     arena_free(&arena);
-    return 2.0 / sqrt(lambda);
+    return lambda;
 }
 
-SweepLattice damping_limits(const Cloth *cloth) {
+double stable_step_by_power(const Cloth *cloth) {
+    return 2.0 / sqrt(fastest2(cloth, PART_ALL, STEP_ITERATIONS));
+}
+
+Fastest fastest_of_lattice(const Cloth *cloth, double d11, double d22) {
     const Panel *p = &cloth->panel;
     const Material *m = &cloth->material;
-    return (SweepLattice){.h1 = p->h1,
-                          .h2 = p->h2,
-                          .c11 = m->c11,
-                          .c22 = m->c22,
-                          .d11 = m->d11,
-                          .d12 = m->d12,
-                          .d22 = m->d22,
-                          .d66 = m->d66};
+    SweepLattice lattice = {.h1 = p->h1,
+                            .h2 = p->h2,
+                            .c11 = m->c11,
+                            .c22 = m->c22,
+                            .d11 = d11,
+                            .d12 = m->d12,
+                            .d22 = d22,
+                            .d66 = m->d66};
+    return sweep_fastest(&lattice, m->density);
+}
+
+Fastest fastest_by_power(const Cloth *cloth) {
+    double bending = cloth->def->bending_damping, membrane = cloth->def->membrane_damping;
+    return (Fastest){bending > 0.0 ? fastest2(cloth, PART_BENDING, DAMPING_ITERATIONS) : 0.0,
+                     membrane > 0.0 ? fastest2(cloth, PART_MEMBRANE, DAMPING_ITERATIONS) : 0.0};
 }

@@ -36,9 +36,6 @@ void sweep_wrap_rows(const SweepLattice *l, double *const x[3]) {
     }
 }
 
-/* of tau omega^2 dt of bending or of the membrane: leapfrog wants dt^2 omega^2 + 2 tau omega_b^2 dt < 4 */
-#define DAMPING_SHARE 0.1
-
 /* Largest value of x (1 - g x^2), x = 0 .. 4 the square of a wave number times the spacing: over 4. With
  * both factors of inertia.h it is not exceeded where waves run along u and v at once. */
 static double membrane_share(const SweepLattice *l) {
@@ -93,15 +90,6 @@ double sweep_stiffening(const SweepLattice *l, const double *x) {
     return (membrane_share(l) * most + bending) / (membrane_limit(l) + bending);
 }
 
-static double damping_time(double limit, double density, double wished, double dt) {
-    double fastest2 = 4.0 * limit / density;
-    return fmin(wished, DAMPING_SHARE / (fastest2 * dt));
-}
-
-double sweep_bending_time(const SweepLattice *l, double density, double wished, double dt) {
-    return damping_time(bending_limit(l), density, wished, dt);
-}
-
-double sweep_membrane_time(const SweepLattice *l, double density, double wished, double dt) {
-    return damping_time(membrane_limit(l), density, wished, dt);
+Fastest sweep_fastest(const SweepLattice *l, double density) {
+    return (Fastest){4.0 * bending_limit(l) / density, 4.0 * membrane_limit(l) / density};
 }

@@ -92,8 +92,8 @@ const SweepKernel *sweep_kernel_best(void);             /* of vector_best() */
 /* Copies the first and last two nodes of every row of a wrapped lattice outside. */
 void sweep_wrap_rows(const SweepLattice *lattice, double *const x[3]);
 
-/* [s] stability limit: 1 / sqrt(1/d1^2 + 1/d2^2) of the membrane and bending limits
- * (explicit.md 2), for `density` [kg/m2]; 1.52 times longer when scaled. */
+/* [s] stability limit: 1 / sqrt(1/d1^2 + 1/d2^2) of the membrane and bending limits,
+ * for `density` [kg/m2]; 1.52 times longer when scaled. */
 double sweep_stable_step(const SweepLattice *lattice, double density);
 
 /* 1 / the square of what is left of the stable step at x [m] (nu x nv x 3); 1 without strain. Of the membrane
@@ -101,11 +101,11 @@ double sweep_stable_step(const SweepLattice *lattice, double density);
  * c22. */
 double sweep_stiffening(const SweepLattice *lattice, const double *x);
 
-/* [s] times tau by which curvature and stretch may be taken ahead of the motion, at x + tau v: a
- * damping tau K of bending, or of the membrane, which keeps momentum. At most `wished`; bounded so
- * that steps of dt stay stable. (A rigid turn of bent cloth is damped too, by
- * D tau |omega x kappa|^2 per area: some 1e-4 W/m2 for cloth that swings.) */
-double sweep_bending_time(const SweepLattice *lattice, double density, double wished, double dt);
-double sweep_membrane_time(const SweepLattice *lattice, double density, double wished, double dt);
+/* [1/s2] squares of the fastest angular frequencies of bending and of the membrane, each alone. */
+typedef struct Fastest {
+    double bending, membrane;
+} Fastest;
+
+Fastest sweep_fastest(const SweepLattice *lattice, double density);
 
 #endif

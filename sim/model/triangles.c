@@ -16,7 +16,6 @@
 typedef struct Triangles {
     StrainSamples membrane;
     Hinges hinges;
-    SweepLattice limits; /* for damping */
 } Triangles;
 
 /* Eh h^2/B beyond which constant strain triangles hold folds open */
@@ -115,12 +114,13 @@ static bool create(Cloth *cloth, Arena *arena, Error *error) {
                          cloth->def->name);
     }
     cloth->note = note(cloth, pairs, arena);
-    t->limits = damping_limits(cloth);
-    cloth->limits = p->nu > 0 ? &t->limits : NULL; /* what bounds it elsewhere is not known */
     cloth->strain_count = t->membrane.sample_count * t->membrane.kind->strain_count;
     for (int i = 0; i < cloth->node_count; i++) {
         cloth->mass[i] = cloth->material.density * p->area[i];
     }
+    const Material *m = &cloth->material;
+    cloth->fastest =
+        p->nu > 0 ? fastest_of_lattice(cloth, m->d11, m->d22) : fastest_by_power(cloth);
     return true;
 }
 

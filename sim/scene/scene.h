@@ -97,9 +97,9 @@ typedef struct ClothDef {
     Vec3 velocity;     /* [m/s] at the start; 0 */
     double noise;      /* [m] amplitude of seeded out-of-plane noise at the start; 0 */
     double damping;    /* [1/s] mass damping; 0 */
-    double bending_damping;  /* [s] moment per rate of curvature / bending stiffness; explicit steps
-                                on lattices; 5 ms (a loss factor of 0.3 at 10 Hz) */
-    double membrane_damping; /* [s] force by rate of strain likewise; 0.1 ms; never unstable */
+    double bending_damping; /* [s] moment per rate of curvature / bending stiffness; explicit steps;
+                                5 ms (a loss factor of 0.3 at 10 Hz) */
+    double membrane_damping;   /* [s] force by rate of strain likewise; 0.1 ms; never unstable */
     KinematicsKind kinematics; /* green */
     SidesKind sides;           /* of model mlpg on lattices; free */
     BendingKind bending;       /* auto */
