@@ -73,7 +73,9 @@ static bool create(Cloth *cloth, Arena *arena, Error *error) {
     for (int i = 0; i < cloth->node_count; i++) {
         cloth->mass[i] = cloth->material.density * p->area[i];
     }
-    cloth->fastest = sweeps ? (Fastest){0} : fastest_by_power(cloth);
+    if (!sweeps) {
+        cloth->fastest = fastest_by_power(cloth);
+    }
     return true;
 }
 
