@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "sim/base/hash.h"
+#include "sim/geom/closest.h"
 #include "sim/geom/delaunay.h"
 #include "sim/geom/inside.h"
 #include "sim/geom/rbf.h"
@@ -132,6 +133,41 @@ static void lattice_fill(double *points, double h) {
     for (int i = 0; i < SIDE * SIDE; i++) {
         points[2 * i] = h * (i % SIDE);
         points[2 * i + 1] = h * (i / SIDE);
+    }
+}
+
+/* small and large triangles at a sphere, outside and across it, some with a corner twice: nearest is what is
+ * nearest to the middle, on the face as on every side */
+static void test_triangle_at_sphere(void **unused) {
+    (void)unused;
+    const Solid ball = {SOLID_SPHERE, {0, 0, 0}, 0.3};
+    int features[8] = {0};
+    for (uint64_t i = 0; i < 20000; i++) {
+        Vec3 x[3], n[3], nearest = {0, 0, 0}, middle = random_place(22, i, 0.6);
+        double d[3], w[3], size = i % 3 == 0 ? 1.0 : 0.05;
+        for (uint64_t c = 0; c < 3; c++) {
+            x[c] = vec3_add(middle, random_place(23, 3 * i + c, size));
+            x[c] = i % 101 == 0 && c == 2 ? x[1] : x[c];
+            d[c] = solid_distance(&ball, x[c], &n[c]);
+        }
+        SolidNearest found = solid_nearest_on_triangle(&ball, x, d, n);
+        closest_on_triangle(vec3(0, 0, 0), x[0], x[1], x[2], w);
+        for (int c = 0; c < 3; c++) {
+            nearest = vec3_axpy(nearest, w[c], x[c]);
+        }
+        features[found.feature]++;
+        assert_true(fabs(found.distance - (vec3_length(nearest) - ball.radius)) < 1e-13);
+        for (int k = 0; k < 3; k++) {
+            Vec3 along = vec3_sub(x[(k + 1) % 3], x[k]);
+            double at = -vec3_dot(x[k], along) / vec3_dot(along, along);
+            Vec3 p = vec3_axpy(x[k], at, along);
+            if (at > 1e-6 && at < 1.0 - 1e-6) {
+                assert_true(fabs(found.side[k].distance - (vec3_length(p) - ball.radius)) < 1e-13);
+            }
+        }
+    }
+    for (int f = 1; f < 8; f++) {
+        assert_true(features[f] > 100);
     }
 }
 
@@ -382,6 +418,7 @@ int main(void) {
         cmocka_unit_test(test_solid_known_places),
         cmocka_unit_test(test_solid_gradient),
         cmocka_unit_test(test_solid_closest_and_support),
+        cmocka_unit_test(test_triangle_at_sphere),
         cmocka_unit_test(test_nearest_takes_ties),
         cmocka_unit_test(test_nearest_is_nearest),
         cmocka_unit_test(test_rows_of_few_nodes),

@@ -6,7 +6,6 @@
 #include <stdbool.h>
 #include <string.h>
 
-#include "sim/geom/closest.h"
 #include "sim/geom/solid.h"
 
 #define MOST_ROUNDS 60      /* of the search along a side: halves the bracket at worst */
@@ -105,14 +104,6 @@ static SolidSide search_side(const Solid *solid, Vec3 a, Vec3 b, double da, doub
     double low = 0.0, high = 1.0;
     int stuck = 0;
     SolidSide best = {.at = -da / (db - da)};
-    if (solid->kind == SOLID_SPHERE) {
-        best.at = -vec3_dot(a, along) / vec3_dot(along, along);
-        Vec3 p = vec3_axpy(a, best.at, along);
-        double length = vec3_length(p);
-        best.distance = length - solid->radius;
-        best.normal = length > 0.0 ? vec3_scale(1.0 / length, p) : vec3(0, 0, 1);
-        return best;
-    }
     if (solid->kind == SOLID_BOX && search_box_side(solid, a, b, &best)) {
         return best;
     }
@@ -195,9 +186,6 @@ static SolidNearest nearest_on_sides(const Solid *solid, const Vec3 x[3], const 
 /* does the face reach lower than the nearest point of its border, and where? */
 static bool reaches_lower(const Solid *solid, const Vec3 x[3], const SolidNearest *border,
                           double w[3]) {
-    if (solid->kind == SOLID_SPHERE) {
-        return closest_on_triangle(vec3(0, 0, 0), x[0], x[1], x[2], w) == 7;
-    }
     double fall = 0.0;
     for (int k = 0; k < 3; k++) {
         Vec3 to = vec3_sub(x[k], border->point);
@@ -206,8 +194,65 @@ static bool reaches_lower(const Solid *solid, const Vec3 x[3], const SolidNeares
     return fall < 0.0 && search_face(solid, x, border->normal, w);
 }
 
+static void take_point(const Solid *ball, SolidNearest *best, Vec3 p, double length, int feature) {
+    best->feature = feature;
+    best->point = p;
+    best->normal = length > 0.0 ? vec3_scale(1.0 / length, p) : vec3(0, 0, 1);
+    best->distance = length - ball->radius;
+}
+
+/* the same at a sphere: what is nearest to its middle. Products of corners decide, without roots. */
+static SolidNearest nearest_on_sphere(const Solid *ball, const Vec3 x[3],
+                                      const double distance[3]) {
+    int low = distance[0] <= distance[1] ? 0 : 1;
+    low = distance[2] < distance[low] ? 2 : low;
+    SolidNearest best = {0};
+    best.weight[low] = 1.0;
+    take_point(ball, &best, x[low], distance[low] + ball->radius, 1 << low);
+    double slope[3], square[3]; /* of sides: first corner . side, side . side */
+    for (int k = 0; k < 3; k++) {
+        int b = k < 2 ? k + 1 : 0;
+        Vec3 along = vec3_sub(x[b], x[k]);
+        double aa = vec3_dot(along, along), from = vec3_dot(x[k], along), to = from + aa;
+        double ra = distance[k] + ball->radius, rb = distance[b] + ball->radius;
+        double level = SOLID_LEVEL * SOLID_LEVEL * aa;
+        SolidSide *side = &best.side[k];
+        slope[k] = from, square[k] = aa;
+        side->distance = INFINITY;
+        if (from >= 0.0 || to <= 0.0 || from * from <= level * ra * ra ||
+            to * to <= level * rb * rb) {
+            continue;
+        }
+        double at = -from / aa;
+        Vec3 p = vec3_axpy(x[k], at, along);
+        double length = vec3_length(p);
+        *side = (SolidSide){
+            .at = at, .distance = length - ball->radius, .normal = vec3_scale(1.0 / length, p)};
+        side->lower = min2(distance[k], distance[b]) - side->distance;
+        if (side->distance < best.distance) {
+            best.weight[k] = 1.0 - at, best.weight[b] = at, best.weight[3 - k - b] = 0.0;
+            take_point(ball, &best, p, length, (1 << k) | (1 << b));
+        }
+    }
+    double c01 = 0.5 * (square[0] + square[2] - square[1]), det = square[0] * square[2] - c01 * c01;
+    double p = -slope[0], q = slope[2] + square[2];
+    double w1 = square[2] * p - c01 * q, w2 = square[0] * q - c01 * p;
+    if (w1 > 0.0 && w2 > 0.0 && w1 + w2 < det) {
+        double border = best.distance;
+        best.weight[1] = w1 / det, best.weight[2] = w2 / det;
+        best.weight[0] = 1.0 - best.weight[1] - best.weight[2];
+        Vec3 foot = point_of(best.weight, x);
+        take_point(ball, &best, foot, vec3_length(foot), 7);
+        best.lower = border - best.distance;
+    }
+    return best;
+}
+
 SolidNearest solid_nearest_on_triangle(const Solid *solid, const Vec3 x[3],
                                        const double distance[3], const Vec3 normal[3]) {
+    if (solid->kind == SOLID_SPHERE) {
+        return nearest_on_sphere(solid, x, distance);
+    }
     SolidNearest nearest = nearest_on_sides(solid, x, distance, normal);
     double w[3], border = nearest.distance;
     if (!reaches_lower(solid, x, &nearest, w)) {
