@@ -46,8 +46,8 @@ static const StressCase cases[] = {
     {"output step 0.1 s", ABUSE_NONE, 1, 1, 10, 6, 0},
     {"stiffness x 1e6", ABUSE_NONE, 1e6, 1, 300, 0.02, 0},
     {"density x 1e-3", ABUSE_NONE, 1, 1e-3, 30, 2, 0},
-    {"ball at 1 m/s", ABUSE_NONE, 1, 1, 30, 3, 1.0},
-    {"ball at 20 m/s", ABUSE_NONE, 1, 1, 30, 3, 20.0},
+    {"ball at 1 m/s", ABUSE_NONE, 1, 1, 30, 6, 1.0},
+    {"ball at 20 m/s", ABUSE_NONE, 1, 1, 30, 6, 20.0},
     {"random, stiffness x 1e6", ABUSE_RANDOM, 1e6, 1, 3000, 0.001, 0},
     {"stretched, density x 1e-3", ABUSE_STRETCH, 1, 1e-3, 300, 0.1, 0},
 };
