@@ -40,18 +40,13 @@ float segment_linear(uint8_t value) {
     return curve[value];
 }
 
-static void *new_array(size_t count, size_t size) {
-    void *array = memory_zeroed(count, size);
-    return array;
-}
-
 /* Mean of 5 x 5 pixels, then the logarithm; 0.002 keeps black finite. */
 static Field3 create_field(const Image *image) {
     Field3 field = {image->width, image->height, {NULL}};
     size_t count = (size_t)image->width * (size_t)image->height;
-    float *rows = new_array(count, sizeof *rows);
+    float *rows = memory_zeroed(count, sizeof *rows);
     for (int k = 0; k < 3; k++) {
-        float *out = field.plane[k] = new_array(count, sizeof *out);
+        float *out = field.plane[k] = memory_zeroed(count, sizeof *out);
         for (int y = 0; y < image->height; y++) {
             for (int x = 0; x < image->width; x++) {
                 float sum = 0.0f;
@@ -316,8 +311,8 @@ typedef enum Piece { PIECE_GOOD, PIECE_NONE, PIECE_CUT, PIECE_TOO_SMALL, PIECE_T
 static Piece keep_piece(Segment *segment, double seed_x, double seed_y) {
     int w = segment->width, h = segment->height, x = (int)seed_x, y = (int)seed_y;
     size_t count = (size_t)w * (size_t)h;
-    uint8_t *mask = segment->inside, *scratch = new_array(count, 1);
-    int *stack = new_array(count, sizeof *stack);
+    uint8_t *mask = segment->inside, *scratch = memory_zeroed(count, 1);
+    int *stack = memory_zeroed(count, sizeof *stack);
     grow(mask, w, h, CLOSE, 1, scratch);
     grow(mask, w, h, CLOSE, 0, scratch);
     for (int i = 0; i < w; i++) { /* what the border reaches from outside is no hole */
@@ -363,7 +358,7 @@ static Piece cut_at(const float *feature, double threshold, const SegmentDef *de
 static double find_change(const float *feature, const SegmentDef *def, const Segment *segment) {
     Segment other = *segment;
     double change = 0.0;
-    other.inside = new_array((size_t)segment->width * (size_t)segment->height, 1);
+    other.inside = memory_zeroed((size_t)segment->width * (size_t)segment->height, 1);
     for (int side = -1; side <= 1; side += 2) {
         cut_at(feature, segment->threshold * (1.0 + 0.1 * side), def, &other);
         change = fmax(change, fabs(other.area / segment->area - 1.0));
@@ -440,7 +435,7 @@ static bool try_threshold(const float *feature, double threshold, const SegmentD
 static bool look_around_plate(const Field3 *field, const float *feature, double least,
                               const SegmentDef *def, Segment *segment, Piece *worst) {
     size_t count = (size_t)field->width * (size_t)field->height;
-    uint8_t *plate = new_array(count, 1), *scratch = new_array(count, 1);
+    uint8_t *plate = memory_zeroed(count, 1), *scratch = memory_zeroed(count, 1);
     memcpy(plate, segment->inside, count);
     grow(plate, field->width, field->height, 2 * CLOSE, 1, scratch);
     Otsu otsu = find_otsu(feature, count, plate);
@@ -472,7 +467,7 @@ static bool try_feature(const Field3 *field, int which, float *feature, double l
  * plate on a cloth that differs from its ground in another way, unless the cloth lies flat. */
 static bool try_features(const Field3 *field, const SegmentDef *def, Segment *segment,
                          Error *error) {
-    float *feature = new_array((size_t)field->width * (size_t)field->height, sizeof *feature);
+    float *feature = memory_zeroed((size_t)field->width * (size_t)field->height, sizeof *feature);
     Piece worst = PIECE_NONE;
     bool good = false;
     for (int round = 0; round < 3 && !good; round++) {
@@ -514,7 +509,7 @@ bool segment_photo(const Image *image, const SegmentDef *def, Segment *segment, 
         return error_set(error, EXIT_BAD_INPUT, "a photograph of %d x %d pixels is too small",
                          image->width, image->height);
     }
-    segment->inside = new_array((size_t)image->width * (size_t)image->height, 1);
+    segment->inside = memory_zeroed((size_t)image->width * (size_t)image->height, 1);
     bool good;
     if (def->mask) {
         good = use_mask(image, def, segment, error);

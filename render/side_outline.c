@@ -17,11 +17,6 @@ typedef struct Outline {
     int *begin, *order; /* pieces of each cell of the grid */
 } Outline;
 
-static void *new_array(size_t count, size_t size) {
-    void *array = memory_zeroed(count > 0 ? count : 1, size);
-    return array;
-}
-
 /* Value at the middle of a pixel; nothing lies outside. */
 static double at(const float *cover, int width, int height, int x, int y) {
     bool in = x >= 0 && y >= 0 && x < width && y < height;
@@ -58,15 +53,15 @@ static int cell_of(const Outline *outline, const double p[2]) {
 
 static void sort_into_cells(Outline *outline) {
     int cells = outline->columns * outline->rows;
-    outline->begin = new_array((size_t)cells + 1, sizeof(int));
-    outline->order = new_array((size_t)outline->count, sizeof(int));
+    outline->begin = memory_zeroed((size_t)cells + 1, sizeof(int));
+    outline->order = memory_zeroed((size_t)outline->count, sizeof(int));
     for (int i = 0; i < outline->count; i++) {
         outline->begin[cell_of(outline, outline->pieces[i].a) + 1]++;
     }
     for (int c = 0; c < cells; c++) {
         outline->begin[c + 1] += outline->begin[c];
     }
-    int *next = new_array((size_t)cells, sizeof *next);
+    int *next = memory_zeroed((size_t)cells, sizeof *next);
     for (int i = 0; i < outline->count; i++) {
         int c = cell_of(outline, outline->pieces[i].a);
         outline->order[outline->begin[c] + next[c]++] = i;
@@ -77,7 +72,7 @@ static void sort_into_cells(Outline *outline) {
 static Outline find_outline(const float *cover, int width, int height) {
     Outline outline = {.columns = width / CELL + 1, .rows = height / CELL + 1};
     for (int pass = 0; pass < 2; pass++) { /* count, then fill */
-        outline.pieces = pass ? new_array((size_t)outline.count, sizeof(Piece)) : NULL;
+        outline.pieces = pass ? memory_zeroed((size_t)outline.count, sizeof(Piece)) : NULL;
         outline.count = 0;
         for (int y = -1; y < height; y++) {
             for (int x = -1; x < width; x++) {
@@ -140,7 +135,7 @@ static int compare_numbers(const void *a, const void *b) {
 
 static void measure_outlines(const Outline *one, const Outline *other, SideNumbers *numbers) {
     int count = one->count + other->count;
-    double *all = new_array((size_t)count, sizeof *all), sum = 0.0, weights = 0.0;
+    double *all = memory_zeroed((size_t)count, sizeof *all), sum = 0.0, weights = 0.0;
     for (int i = 0; i < count; i++) {
         bool first = i < one->count;
         const Piece *piece = first ? &one->pieces[i] : &other->pieces[i - one->count];

@@ -19,11 +19,6 @@
 #define SMOOTH 2      /* [px] half the side of the square over which evidence is averaged */
 #define DOUBT 0.69315 /* log 2: twice as likely the one or the other */
 
-static void *new_array(size_t count, size_t size) {
-    void *array = memory_zeroed(count, size);
-    return array;
-}
-
 /* ---- colours of cloth and background ---- */
 
 static int clamp_bin(double part, int bins) {
@@ -41,7 +36,7 @@ static int bin_of(const float light[3]) {
 
 /* Each bin gives half of what it has to its neighbours along an axis, which are `step` apart. */
 static void spread(float *histogram, int step, int bins) {
-    float *copy = new_array(BINS, sizeof *copy);
+    float *copy = memory_zeroed(BINS, sizeof *copy);
     memcpy(copy, histogram, BINS * sizeof *copy);
     for (int i = 0; i < BINS; i++) {
         int place = i / step % bins;
@@ -53,7 +48,7 @@ static void spread(float *histogram, int step, int bins) {
 
 /* Logarithm of how much likelier each colour is in the cloth (1) than in the background (2 in seeds). */
 static void learn(const int *bins, const uint8_t *seeds, size_t count, float *evidence) {
-    float *histogram[2] = {new_array(BINS, sizeof(float)), new_array(BINS, sizeof(float))};
+    float *histogram[2] = {memory_zeroed(BINS, sizeof(float)), memory_zeroed(BINS, sizeof(float))};
     double total[2] = {1.0, 1.0};
     for (size_t i = 0; i < count; i++) {
         if (seeds[i]) {
@@ -77,7 +72,7 @@ static void learn(const int *bins, const uint8_t *seeds, size_t count, float *ev
 /* Sums along rows and columns: mean of a square of side 2 radius + 1, cut at the border. */
 static void average(float *values, int width, int height, int radius) {
     size_t most = (size_t)(width > height ? width : height);
-    double *sums = new_array(most + 1, sizeof *sums);
+    double *sums = memory_zeroed(most + 1, sizeof *sums);
     for (int axis = 0; axis < 2; axis++) {
         int lines = axis ? width : height, length = axis ? height : width;
         size_t step = axis ? (size_t)width : 1, next = axis ? 1 : (size_t)width;
@@ -99,10 +94,10 @@ static void average(float *values, int width, int height, int radius) {
 /* The bin of each pixel, whose noise its neighbours take away. */
 static int *find_bins(const Image *image) {
     size_t count = (size_t)image->width * (size_t)image->height;
-    int *bins = new_array(count, sizeof *bins);
+    int *bins = memory_zeroed(count, sizeof *bins);
     float *plane[3];
     for (size_t k = 0; k < 3; k++) {
-        plane[k] = new_array(count, sizeof *plane[k]);
+        plane[k] = memory_zeroed(count, sizeof *plane[k]);
         for (size_t i = 0; i < count; i++) {
             plane[k][i] = segment_linear(image->rgba[IMAGE_CHANNELS * i + k]);
         }
@@ -121,7 +116,7 @@ static int *find_bins(const Image *image) {
 /* 1 well inside of what is covered, 2 well outside, 0 along its outline. */
 static void plant(const float *cover, int width, int height, uint8_t *seeds) {
     size_t count = (size_t)width * (size_t)height;
-    float *near = new_array(count, sizeof *near);
+    float *near = memory_zeroed(count, sizeof *near);
     memcpy(near, cover, count * sizeof *near);
     average(near, width, height, (int)(MARGIN * hypot(width, height)));
     for (size_t i = 0; i < count; i++) {
@@ -163,9 +158,10 @@ bool side_cut_photo(const Image *image, const float *guess, const SegmentDef *de
                     Error *error) {
     size_t count = (size_t)image->width * (size_t)image->height;
     int *bins = find_bins(image);
-    uint8_t *seeds = new_array(count, 1);
-    float *table = new_array(BINS, sizeof *table), *evidence = new_array(count, sizeof *evidence);
-    float *cover = new_array(count, sizeof *cover);
+    uint8_t *seeds = memory_zeroed(count, 1);
+    float *table = memory_zeroed(BINS, sizeof *table),
+          *evidence = memory_zeroed(count, sizeof *evidence);
+    float *cover = memory_zeroed(count, sizeof *cover);
     bool good = true;
     *segment = (Segment){0};
     memcpy(cover, guess, count * sizeof *cover);
@@ -231,7 +227,7 @@ static bool find_light(const Image *image, const Segment *segment, const uint8_t
 /* Pixels whose neighbours within BLEND all lie on the same side. */
 static uint8_t *find_far(const Segment *segment) {
     int w = segment->width, h = segment->height;
-    uint8_t *far = new_array((size_t)w * (size_t)h, 1);
+    uint8_t *far = memory_zeroed((size_t)w * (size_t)h, 1);
     memset(far, 1, (size_t)w * (size_t)h);
     for (int y = 0; y < h; y++) {
         for (int x = 0; x < w; x++) {
@@ -250,7 +246,7 @@ static uint8_t *find_far(const Segment *segment) {
 
 float *side_photo_cover(const Image *image, const Segment *segment) {
     size_t count = (size_t)image->width * (size_t)image->height;
-    float *cover = new_array(count, sizeof *cover);
+    float *cover = memory_zeroed(count, sizeof *cover);
     uint8_t *far = find_far(segment);
     for (size_t at = 0; at < count; at++) {
         int x = (int)(at % (size_t)image->width), y = (int)(at / (size_t)image->width);

@@ -7,16 +7,11 @@
 
 #define NEAREST 1e-3 /* [m] before the camera */
 
-static void *new_array(size_t count, size_t size) {
-    void *array = memory_zeroed(count, size);
-    return array;
-}
-
 SideView side_view_create(const Camera *camera, int width, int height) {
     SideView view = {.camera = *camera, .width = width, .height = height};
     size_t samples = (size_t)width * (size_t)height * SIDE_SAMPLES * SIDE_SAMPLES;
-    view.depth = new_array(samples, sizeof *view.depth);
-    view.cloth = new_array(samples, 1);
+    view.depth = memory_zeroed(samples, sizeof *view.depth);
+    view.cloth = memory_zeroed(samples, 1);
     for (size_t i = 0; i < samples; i++) {
         view.depth[i] = INFINITY;
     }
@@ -78,7 +73,7 @@ void side_view_add(SideView *view, const Vec3 corners[3], bool cloth) {
 
 float *side_view_cover(const SideView *view, double *depth) {
     size_t wide = SIDE_SAMPLES * (size_t)view->width, count = 0;
-    float *cover = new_array((size_t)view->width * (size_t)view->height, sizeof *cover);
+    float *cover = memory_zeroed((size_t)view->width * (size_t)view->height, sizeof *cover);
     double sum = 0.0;
     for (size_t j = 0; j < SIDE_SAMPLES * (size_t)view->height; j++) {
         for (size_t i = 0; i < wide; i++) {

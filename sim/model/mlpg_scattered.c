@@ -28,9 +28,8 @@ static BendingEntry *row_entry(CellRows *rows, int node) {
     }
     if (rows->count == rows->capacity) {
         rows->capacity = rows->capacity ? 2 * rows->capacity : 32;
-        BendingEntry *grown =
+        rows->entries =
             memory_resize(rows->entries, (size_t)rows->capacity * sizeof *rows->entries);
-        rows->entries = grown;
     }
     rows->entries[rows->count] = (BendingEntry){.node = node};
     return &rows->entries[rows->count++];

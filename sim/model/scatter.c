@@ -28,8 +28,7 @@ typedef struct Seeds {
 static void push(Seeds *s, double u, double v) {
     if (s->count == s->capacity) {
         s->capacity = s->capacity ? 2 * s->capacity : 1024;
-        double *grown = memory_resize(s->points, 2 * (size_t)s->capacity * sizeof *grown);
-        s->points = grown;
+        s->points = memory_resize(s->points, 2 * (size_t)s->capacity * sizeof *s->points);
     }
     s->points[2 * s->count] = u;
     s->points[2 * s->count++ + 1] = v;
