@@ -73,9 +73,6 @@ static bool create(Cloth *cloth, Arena *arena, Error *error) {
     for (int i = 0; i < cloth->node_count; i++) {
         cloth->mass[i] = cloth->material.density * p->area[i];
     }
-    if (!sweeps) {
-        cloth->fastest = fastest_by_power(cloth);
-    }
     return true;
 }
 
@@ -156,6 +153,7 @@ const ClothModel cloth_model_mlpg = {
     .energy = energy,
     .add_gradient = add_gradient,
     .add_damped_gradient = add_damped_gradient,
+    .fastest = fastest_by_power,
     .add_rest_gradient = add_rest_gradient,
     .add_ghost_gradient = add_ghost_gradient,
     .stress = stress,

@@ -33,13 +33,12 @@ typedef struct Cloth {
     Material material;
     BendingKind bending; /* never auto */
     int node_count, ghost_count;
-    const Ghost *ghosts;         /* (ghost_count) */
-    bool clamp[4];               /* lattice borders with prescribed slope */
-    double *mass;                /* [kg] (node_count) lumped */
-    int strain_count;            /* numbers in a stress state of add_hessian */
-    const SweepLattice *lattice; /* explicit sweep (first slot not set); NULL: none */
-    Fastest fastest; /* without a sweep: bounds damping inside the fabric; all 0: it has none */
-    void *data;      /* of the model */
+    const Ghost *ghosts;           /* (ghost_count) */
+    bool clamp[4];                 /* lattice borders with prescribed slope */
+    double *mass;                  /* [kg] (node_count) lumped */
+    int strain_count;              /* numbers in a stress state of add_hessian */
+    const SweepLattice *lattice;   /* explicit sweep (first slot not set); NULL: none */
+    void *data;                    /* of the model */
     struct YarnFriction *friction; /* NULL: the cloth is elastic */
     int history_count;
     double *history;  /* (history_count) of accepted steps; see commit */
@@ -65,6 +64,8 @@ struct ClothModel {
      * the motion: damping inside the fabric. NULL: there is none. */
     void (*add_damped_gradient)(const Cloth *cloth, const double *stretched, const double *bent,
                                 double *gradient);
+    /* What bounds that damping where there is no sweep; NULL like it. */
+    Fastest (*fastest)(const Cloth *cloth);
     /* Only the rest-curvature part of dE/dx, which the sweep of `lattice` leaves out unless
      * lattice->rest; NULL: nothing. */
     void (*add_rest_gradient)(const Cloth *cloth, const double *x, double *gradient);

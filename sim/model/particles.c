@@ -105,8 +105,6 @@ static bool create(Cloth *cloth, Arena *arena, Error *error) {
     bool line = !cloth->def->fifth_power;
     double stiffness[2] = {line ? s->kinds[0].stiffness : 0.0, line ? s->kinds[2].stiffness : 0.0};
     s->rows = thread_rows_create(p, &s->units, stiffness, 4.0 * m->d66, arena);
-    cloth->fastest = fastest_of_lattice(cloth, yarn_stiffest(&s->units.bend[0]),
-                                        yarn_stiffest(&s->units.bend[1]));
     cloth->strain_count = s->threads.spring_count;
     for (int i = 0; i < cloth->node_count; i++) {
         cloth->mass[i] = m->density * p->area[i];
@@ -131,6 +129,12 @@ static void add_damped_gradient(const Cloth *cloth, const double *stretched, con
     if (s->repel) {
         repel_add_gradient(s->repel, stretched, gradient);
     }
+}
+
+static Fastest fastest(const Cloth *cloth) {
+    const Particles *s = cloth->data;
+    return fastest_of_lattice(cloth, yarn_stiffest(&s->units.bend[0]),
+                              yarn_stiffest(&s->units.bend[1]));
 }
 
 static void add_gradient(const Cloth *cloth, const double *x, double *gradient) {
@@ -194,6 +198,7 @@ const ClothModel cloth_model_particles = {
     .energy = energy,
     .add_gradient = add_gradient,
     .add_damped_gradient = add_damped_gradient,
+    .fastest = fastest,
     .stress = stress,
     .predict_stress = predict_stress,
     .couple = couple,

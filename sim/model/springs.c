@@ -229,7 +229,6 @@ static bool create(Cloth *cloth, Arena *arena, Error *error) {
     cloth->material.c11 = c.c11, cloth->material.c12 = c.c12, cloth->material.c22 = c.c22;
     cloth->material.d12 = 0.0;
     cloth->material.d66 = s->second ? 0.0 : cloth->material.d66;
-    cloth->fastest = fastest_of_lattice(cloth, cloth->material.d11, cloth->material.d22);
     create_springs(cloth, s, arena);
     create_limits(cloth, s, arena);
     BendingSamples samples;
@@ -257,6 +256,10 @@ static void add_damped_gradient(const Cloth *cloth, const double *stretched, con
     if (!s->second) {
         bending_add_gradient(&s->bending, bent, gradient);
     }
+}
+
+static Fastest fastest(const Cloth *cloth) {
+    return fastest_of_lattice(cloth, cloth->material.d11, cloth->material.d22);
 }
 
 static void add_gradient(const Cloth *cloth, const double *x, double *gradient) {
@@ -321,6 +324,7 @@ const ClothModel cloth_model_springs = {
     .energy = energy,
     .add_gradient = add_gradient,
     .add_damped_gradient = add_damped_gradient,
+    .fastest = fastest,
     .stress = stress,
     .predict_stress = predict_stress,
     .couple = couple,

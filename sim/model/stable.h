@@ -9,7 +9,7 @@
  * gradient. */
 double stable_step_by_power(const Cloth *cloth);
 
-/* Cloth.fastest: of a lattice with these bending stiffnesses [N m] and its material; by the power method on
+/* ClothModel.fastest: of a lattice with these bending stiffnesses [N m] and its material; by the power method on
  * add_damped_gradient, for cloth that is damped. */
 Fastest fastest_of_lattice(const Cloth *cloth, double d11, double d22);
 Fastest fastest_by_power(const Cloth *cloth);

@@ -118,9 +118,6 @@ static bool create(Cloth *cloth, Arena *arena, Error *error) {
     for (int i = 0; i < cloth->node_count; i++) {
         cloth->mass[i] = cloth->material.density * p->area[i];
     }
-    const Material *m = &cloth->material;
-    cloth->fastest =
-        p->nu > 0 ? fastest_of_lattice(cloth, m->d11, m->d22) : fastest_by_power(cloth);
     return true;
 }
 
@@ -138,6 +135,12 @@ static void add_damped_gradient(const Cloth *cloth, const double *stretched, con
 
 static void add_gradient(const Cloth *cloth, const double *x, double *gradient) {
     add_damped_gradient(cloth, x, x, gradient);
+}
+
+static Fastest fastest(const Cloth *cloth) {
+    const Material *m = &cloth->material;
+    return cloth->panel.nu > 0 ? fastest_of_lattice(cloth, m->d11, m->d22)
+                               : fastest_by_power(cloth);
 }
 
 static void stress(const Cloth *cloth, const double *x, double *out) {
@@ -179,6 +182,7 @@ const ClothModel cloth_model_triangles = {
     .energy = energy,
     .add_gradient = add_gradient,
     .add_damped_gradient = add_damped_gradient,
+    .fastest = fastest,
     .stress = stress,
     .predict_stress = predict_stress,
     .couple = couple,

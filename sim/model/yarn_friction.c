@@ -418,9 +418,9 @@ bool yarn_friction_attach(Cloth *cloth, Arena *arena, Error *error) {
     f->both.stable_step = stable_step_by_power;
     cloth->friction = f;
     cloth->model = &f->both;
-    cloth->lattice = NULL;         /* the sweep knows no history */
-    cloth->fastest = (Fastest){0}; /* friction damps */
-    f->both.add_damped_gradient = NULL;
+    cloth->lattice = NULL;              /* the sweep knows no history */
+    f->both.add_damped_gradient = NULL; /* friction damps */
+    f->both.fastest = NULL;
     cloth->history_count = N * f->thread_count + CELL_HISTORY * f->cell_count;
     cloth->history = arena_push(arena, double, cloth->history_count);
     return true;

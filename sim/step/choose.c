@@ -107,7 +107,7 @@ static bool shows_equilibrium_only(const System *system) {
 static double implicit_worth(const System *system) {
     for (int c = 0; c < system->cloth_count; c++) {
         const Cloth *cloth = &system->cloths[c];
-        bool knows = cloth->lattice || cloth->fastest.membrane > 0.0;
+        bool knows = cloth->lattice || cloth->model->fastest;
         if (knows && (cloth->def->bending_damping > 0.0 || cloth->def->membrane_damping > 0.0)) {
             return WORTH_DAMPING;
         }

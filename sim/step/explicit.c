@@ -124,8 +124,9 @@ Explicit *explicit_create(const System *system) {
     }
     e->limit[0] = system_stable_step(system);
     e->limit[1] = system_scaled_step(system);
-    e->bending = lead_create(system, e->lanes.slot_count, false);
-    e->membrane = lead_create(system, e->lanes.slot_count, true);
+    const Fastest *fastest = lead_find_fastest(system);
+    e->bending = lead_create(system, e->lanes.slot_count, false, fastest);
+    e->membrane = lead_create(system, e->lanes.slot_count, true, fastest);
     e->damping = damping_create(system, &(DampingView){.kernel = e->kernel,
                                                        .lattices = e->lattices,
                                                        .grain = e->grain,
@@ -190,7 +191,7 @@ static void add_model_force(Explicit *e, int c,
     if (cloth->model->commit) { /* every step of an interval counts */
         cloth->model->commit(&e->system->cloths[c], e->x);
     }
-    if (cloth->fastest.membrane > 0.0 || cloth->fastest.bending > 0.0) {
+    if (e->lattices[c].nu == 0 && cloth->model->fastest) {
         gather(e, first, first + count, e->lanes.bent, e->ahead[0]);
         gather(e, first, first + count, e->lanes.stretched, e->ahead[1]);
         cloth->model->add_damped_gradient(cloth, e->ahead[1], e->ahead[0], e->gradient);

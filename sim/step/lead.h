@@ -7,18 +7,21 @@
 #include "sim/step/system.h"
 
 typedef struct Lead {
-    bool membrane;         /* else bending */
-    double *wished, *time; /* [s] (cloth_count) tau in the scene; tau in these steps */
-    double *place[3];      /* [m] (slot_count) */
+    bool membrane;          /* else bending */
+    const Fastest *fastest; /* (cloth_count) of cloth without a sweep; 0: not damped */
+    double *wished, *time;  /* [s] (cloth_count) tau in the scene; tau in these steps */
+    double *place[3];       /* [m] (slot_count) */
 } Lead;
 
-Lead lead_create(const System *system, int slot_count, bool membrane);
+/* (cloth_count) of models without a sweep, for lead_create */
+const Fastest *lead_find_fastest(const System *system);
+Lead lead_create(const System *system, int slot_count, bool membrane, const Fastest *fastest);
 
 /* [s] the longest tau up to `wished` with which steps of dt stay stable; fastest2 [1/s2] as in Fastest. */
 double lead_time(double fastest2, double wished, double dt);
 
 /* For steps of dt: finds the times, and sets `taken` to the places of the lead where some cloth is
- * damped, else to x. `lattices`: (cloth_count); nu = 0: by Cloth.fastest. */
+ * damped, else to x. `lattices`: (cloth_count); nu = 0: by `fastest`. */
 void lead_start(Lead *lead, const System *system, const SweepLattice *lattices, double dt,
                 double *const x[3], double *taken[3]);
 
