@@ -75,7 +75,7 @@ static bool pair_collides(Contact *c, const Pair *pair, double dt, Strike *s) {
 
 /* corners and motions of a touch in the frame of its solid */
 static void motion_at_solid(const Contact *c, const Strike *s, double dt, Vec3 *x, Vec3 *p) {
-    Pose pose = c->poses[s->obstacle], next = c->next[s->obstacle];
+    Pose pose = c->poses[s->obstacle], next = c->programmes.next[s->obstacle];
     bool moves = c->def->obstacles[s->obstacle].moves;
     Quat back = quat_inverse(pose.turn);
     motion_of(c, s->count, s->place, dt, x, p);
@@ -113,7 +113,8 @@ static bool touch_collides(Contact *c, const Touch *touch, double dt, Strike *s)
     for (int a = 0; a < s->count; a++) {
         meets = vec3_axpy(meets, s->weight[a], x[a]);
     }
-    const Pose *end = obstacle->moves ? &c->next[touch->obstacle] : &c->poses[touch->obstacle];
+    const Pose *end =
+        obstacle->moves ? &c->programmes.next[touch->obstacle] : &c->poses[touch->obstacle];
     s->normal = quat_rotate(end->turn, up);
     s->carried =
         contact_carried(c, touch->obstacle, pose_apply(c->poses[touch->obstacle], meets), dt);
@@ -125,7 +126,8 @@ typedef void Answer(Contact *c, const Strike *s);
 
 /* moves in this step */
 static bool is_driven(const Contact *c, int obstacle) {
-    return c->def->obstacles[obstacle].moves && c->next_clocks[obstacle] != c->clocks[obstacle];
+    return c->def->obstacles[obstacle].moves &&
+           c->programmes.next_clocks[obstacle] != c->programmes.clocks[obstacle];
 }
 
 /* an answer may change nothing, where a feature turns into another: then it collides again */
@@ -157,11 +159,11 @@ static void look_at_pair(Contact *c, const DuePair *due, double dt, Answer *answ
 
 /* a touch over a flat face was left out for as long as it stays there */
 static void look_at_touch(Contact *c, int t, double dt, Answer *answer) {
-    const Touch *touch = &c->touches[t];
-    const GroupTouch *group = &c->group_touches[touch->owner];
+    const Touch *touch = &c->touches.list[t];
+    const GroupTouch *group = &c->touches.groups[touch->owner];
     Strike s = {.count = touch->place[1] < 0 ? 1 : 3};
     memcpy(s.place, touch->place, sizeof touch->place);
-    if (c->touch_due[t] - group->path < group->speed * dt && is_stale(c, s.place, s.count) &&
+    if (c->touches.due[t] - group->path < group->speed * dt && is_stale(c, s.place, s.count) &&
         !impulses_all_held(c, &s) && touch_collides(c, touch, dt, &s)) {
         collide(c, &s, answer);
     }
@@ -180,11 +182,11 @@ static int look(Contact *c, double dt, Answer *answer) {
     Impulses *i = c->impulses;
     i->round++;
     i->colliding = 0;
-    for (int k = 0; k < c->due_count; k++) {
-        look_at_pair(c, &c->due_pairs[k], dt, answer);
+    for (int k = 0; k < c->due.count; k++) {
+        look_at_pair(c, &c->due.pairs[k], dt, answer);
     }
     for (int k = 0; k < contact_owners(c); k++) {
-        const GroupTouch *group = &c->group_touches[k];
+        const GroupTouch *group = &c->touches.groups[k];
         for (int t = group->begin; t < group->begin + group->count; t++) {
             look_at_touch(c, t, dt, answer);
         }
@@ -331,11 +333,11 @@ static bool pinches(const Contact *c, double dt) {
     for (int o = 0; o < c->def->obstacle_count; o++) {
         struck = struck || c->impulses->strikes[o];
     }
-    for (int k = 0; k < c->due_count && struck && !near; k++) {
-        near = pair_ends_near(c, &c->lists.pairs[c->due_pairs[k].pair], dt);
+    for (int k = 0; k < c->due.count && struck && !near; k++) {
+        near = pair_ends_near(c, &c->lists.pairs[c->due.pairs[k].pair], dt);
     }
-    for (int k = 0; k < c->due_touch_count && struck && !near; k++) {
-        near = touch_ends_near(c, &c->touches[c->due_touches[k]], dt);
+    for (int k = 0; k < c->look.touch_count && struck && !near; k++) {
+        near = touch_ends_near(c, &c->touches.list[c->look.touches[k]], dt);
     }
     return near;
 }
@@ -346,8 +348,8 @@ static bool wait(Contact *c, double dt) {
     bool any = false;
     for (int o = 0; o < c->def->obstacle_count; o++) {
         if (c->impulses->strikes[o]) {
-            c->next[o] = c->poses[o];
-            c->next_clocks[o] = c->clocks[o];
+            c->programmes.next[o] = c->poses[o];
+            c->programmes.next_clocks[o] = c->programmes.clocks[o];
             if (c->def->obstacles[o].mesh) {
                 mesh_demand(c, o, dt);
             }

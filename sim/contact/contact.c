@@ -9,7 +9,6 @@
 #include "sim/contact/force.h"
 #include "sim/contact/impulses.h"
 
-#define TWIN_SPACE 4   /* places of the hash table per contact */
 #define MOST_ROUNDS 12 /* of shortening after searches; more speed needs more than one by rule */
 
 double contact_law(double d, double dhat, double k, double *force, double *curvature) {
@@ -65,61 +64,29 @@ bool contact_is_crowded(const ContactDef *def, const ContactMemory *memory) {
 
 /* ---- creation ---- */
 
-static void index_groups(Contact *c, Arena *arena) {
-    const Surface *s = &c->surface;
-    int n = c->places.count;
-    c->vertex_group_begin = arena_push(arena, int, n + 1);
-    int *begin = c->vertex_group_begin, total = 0;
-    for (int g = 0; g < s->group_count; g++) {
-        for (int k = s->groups[g].vertex_begin; k < s->groups[g].vertex_end; k++) {
-            begin[s->group_vertices[k]]++;
-            total++;
-        }
-    }
-    c->vertex_groups = arena_push(arena, int, total);
-    for (int i = 0, at = 0; i <= n; i++) {
-        int count = i < n ? begin[i] : 0;
-        begin[i] = at;
-        at += count;
-    }
-    for (int g = s->group_count - 1; g >= 0; g--) {
-        for (int k = s->groups[g].vertex_begin; k < s->groups[g].vertex_end; k++) {
-            int vertex = s->group_vertices[k], slot = begin[vertex];
-            while (c->vertex_groups[slot] != 0) {
-                slot++;
-            }
-            c->vertex_groups[slot] = g + 1;
-        }
-    }
-    for (int k = 0; k < total; k++) {
-        c->vertex_groups[k]--;
-    }
-}
-
 static void create_obstacles(Contact *c, Arena *arena) {
     int n = c->def->vertex_count, o = c->def->obstacle_count;
     int owners = contact_owners(c);
-    c->group_touches = arena_push(arena, GroupTouch, owners);
-    c->look_sums = arena_push(arena, LookSum, owners);
+    c->touches.groups = arena_push(arena, GroupTouch, owners);
+    c->look.sums = arena_push(arena, LookSum, owners);
     for (int k = 0; k < o; k++) {
-        c->solids_move = c->solids_move || c->def->obstacles[k].moves;
+        c->programmes.some = c->programmes.some || c->def->obstacles[k].moves;
     }
     c->resting = resting_create(owners, arena);
-    c->due_groups = arena_push(arena, int, owners);
-    c->spent_groups = arena_push(arena, int, owners);
-    c->due_counts = arena_push(arena, int, owners);
-    c->spent_counts = arena_push(arena, int, owners);
-    c->distances = arena_push(arena, VertexDistance, n * o);
+    c->look.groups = arena_push(arena, int, owners);
+    c->look.spent = arena_push(arena, int, owners);
+    c->look.counts = arena_push(arena, int, owners);
+    c->look.spent_counts = arena_push(arena, int, owners);
+    c->touches.known = arena_push(arena, VertexDistance, n * o);
     obstacle_create_sides(c, arena);
     c->poses = arena_push(arena, Pose, o);
     c->frames = arena_push(arena, Frame, o);
-    c->next = arena_push(arena, Pose, o);
-    c->clocks = arena_push(arena, double, o);
-    c->next_clocks = arena_push(arena, double, o);
+    c->programmes.next = arena_push(arena, Pose, o);
+    c->programmes.clocks = arena_push(arena, double, o);
+    c->programmes.next_clocks = arena_push(arena, double, o);
     c->obstacle_speed = arena_push(arena, double, o);
-    c->bristles = arena_push(arena, double, 3 * n * o);
-    c->touch_memory_room = CONTACT_MEMORY_PER_VERTEX * n;
-    c->touch_memory = arena_push(arena, PairMemory, c->touch_memory_room);
+    c->bristles.vertices = arena_push(arena, double, 3 * n * o);
+    c->bristles.memory = arena_push(arena, PairMemory, CONTACT_MEMORY_PER_VERTEX * n);
 }
 
 Contact *contact_create(const ContactDef *def, Arena *arena) {
@@ -131,12 +98,9 @@ Contact *contact_create(const ContactDef *def, Arena *arena) {
     c->surface = c->places.surface;
     c->x = c->places.x;
     c->pairs_wanted = def->self || c->places.meshes;
-    c->mesh_target = arena_push(arena, double, 3 * (c->places.count - n));
+    c->programmes.mesh_target = arena_push(arena, double, 3 * (c->places.count - n));
     c->lists = lists_create(&c->surface, c->x, def->self, arena);
-    c->rows = motion_rows_create(&c->surface, n, arena);
-    c->motion = arena_push(arena, GroupMotion, c->surface.group_count);
-    c->moves = contact_moves_create(c->surface.group_count, arena);
-    index_groups(c, arena);
+    c->groups = groups_create(&c->surface, n, c->places.count, arena);
     c->v = arena_push(arena, double, 3 * c->places.count);
     c->held = arena_push(arena, unsigned char, c->places.count);
     memset(c->held + n, 1, (size_t)(c->places.count - n));
@@ -161,7 +125,7 @@ Contact *contact_create(const ContactDef *def, Arena *arena) {
 /* ---- shared by both kinds of contact ---- */
 
 static void copy_lanes(const Contact *c, double *const lanes[3], double *out) {
-    MotionCopy copy = {&c->rows, lanes, out};
+    MotionCopy copy = {&c->groups.rows, lanes, out};
     ParallelLoop loop = motion_copy_loop(&copy);
     parallel_for_all(&loop, 1);
 }
@@ -171,56 +135,15 @@ void contact_gather(Contact *c) {
     copy_lanes(c, c->view.lanes->x, c->x);
 }
 
-void contact_clear_twins(Contact *c, int most) {
-    for (int k = 0; k < c->twin_count; k++) {
-        c->twins[c->twin_places[k]].pair = -1;
-    }
-    c->twin_count = 0;
-    if (c->twin_room >= TWIN_SPACE * most) {
-        return;
-    }
-    c->twin_room = c->twin_room > 0 ? c->twin_room : 256;
-    while (c->twin_room < TWIN_SPACE * most) {
-        c->twin_room *= 2;
-    }
-    c->twins = arena_push(c->arena, Twin, c->twin_room);
-    c->twin_places = arena_push(c->arena, int, c->twin_room);
-    for (int k = 0; k < c->twin_room; k++) {
-        c->twins[k].pair = -1;
-    }
-}
-
-/* multiplied by odd numbers without a pattern; the upper bits are mixed best */
-static uint64_t twin_hash(const int key[3]) {
-    uint64_t ends = (uint64_t)(uint32_t)key[1] << 32 | (uint32_t)key[2];
-    uint64_t all = ends * 0x9e3779b97f4a7c15U ^ (uint64_t)(uint32_t)key[0] * 0xc2b2ae3d27d4eb4fU;
-    return all * 0x9e3779b97f4a7c15U >> 32;
-}
-
-int contact_find_twin(Contact *c, const int key[3], int index) {
-    uint64_t mask = (uint64_t)c->twin_room - 1;
-    for (uint64_t at = twin_hash(key);; at++) {
-        Twin *twin = &c->twins[at & mask];
-        if (twin->pair < 0) {
-            *twin = (Twin){{key[0], key[1], key[2]}, index};
-            c->twin_places[c->twin_count++] = (int)(at & mask);
-            return -1;
-        }
-        if (memcmp(twin->key, key, sizeof twin->key) == 0) {
-            return twin->pair;
-        }
-    }
-}
-
 void contact_make_force_room(Contact *c, int most) {
-    c->pushing_count = c->follower_count = 0;
-    if (most > c->force_room) {
-        c->force_room = 2 * most;
-        c->forces = arena_push(c->arena, ContactForce, c->force_room);
-        c->ends = arena_push(c->arena, ForceEnds, c->force_room);
-        c->pushing = arena_push(c->arena, int, c->force_room);
-        c->left = arena_push(c->arena, int, c->force_room);
-        c->followers = arena_push(c->arena, Follower, c->force_room);
+    c->forces.pushing_count = c->forces.follower_count = 0;
+    if (most > c->forces.room) {
+        c->forces.room = 2 * most;
+        c->forces.found = arena_push(c->arena, ContactForce, c->forces.room);
+        c->forces.ends = arena_push(c->arena, ForceEnds, c->forces.room);
+        c->forces.pushing = arena_push(c->arena, int, c->forces.room);
+        c->forces.left = arena_push(c->arena, int, c->forces.room);
+        c->forces.followers = arena_push(c->arena, Follower, c->forces.room);
     }
 }
 
@@ -274,7 +197,7 @@ void contact_shorten(Contact *c, int place, double share) {
 /* makes all lists for the positions and velocities of now */
 static void make_lists(Contact *c, double dt) {
     contact_gather(c);
-    c->mean = vec3(0.0, 0.0, 0.0);
+    c->groups.mean = vec3(0.0, 0.0, 0.0);
     contact_move_groups(c, dt); /* for their mean */
     contact_move_groups(c, dt);
     if (c->pairs_wanted) {
@@ -292,28 +215,29 @@ static bool become_quiet(Contact *c, double dt) {
     }
     size_t o = (size_t)c->def->obstacle_count;
     lists_clear(&c->lists, NULL, 0);
-    memset(c->bristles, 0, 3 * o * (size_t)c->def->vertex_count * sizeof *c->bristles);
+    memset(c->bristles.vertices, 0,
+           3 * o * (size_t)c->def->vertex_count * sizeof *c->bristles.vertices);
     obstacle_begin_sides(c, false);
-    memset(c->group_touches, 0, (size_t)contact_owners(c) * sizeof *c->group_touches);
+    memset(c->touches.groups, 0, (size_t)contact_owners(c) * sizeof *c->touches.groups);
     resting_clear(&c->resting, contact_owners(c));
-    c->touch_count = c->touch_end = c->touch_memory_count = 0;
-    c->due_count = c->due_touch_count = c->due_group_count = 0;
+    c->touches.count = c->touches.end = c->bristles.memory_count = 0;
+    c->due.count = c->look.touch_count = c->look.group_count = 0;
     return true;
 }
 
 static bool nothing_listed(const Contact *c) {
-    return c->touch_count == 0 && c->lists.pair_count == 0;
+    return c->touches.count == 0 && c->lists.pair_count == 0;
 }
 
 void contact_begin(Contact *c, ContactView view, const ContactMemory *memory, double dt) {
     size_t o = (size_t)c->def->obstacle_count;
     c->view = view;
-    motion_rows_set(&c->rows, &c->surface, view.slot, c->def->vertex_count);
+    motion_rows_set(&c->groups.rows, &c->surface, view.slot, c->def->vertex_count);
     memcpy(c->poses, memory->poses, o * sizeof *c->poses);
-    memcpy(c->next, memory->poses, o * sizeof *c->next);
-    memcpy(c->clocks, memory->clocks, o * sizeof *c->clocks);
-    memcpy(c->bristles, memory->bristles,
-           3 * o * (size_t)c->def->vertex_count * sizeof *c->bristles);
+    memcpy(c->programmes.next, memory->poses, o * sizeof *c->programmes.next);
+    memcpy(c->programmes.clocks, memory->clocks, o * sizeof *c->programmes.clocks);
+    memcpy(c->bristles.vertices, memory->bristles,
+           3 * o * (size_t)c->def->vertex_count * sizeof *c->bristles.vertices);
     memset(c->obstacle_speed, 0, o * sizeof *c->obstacle_speed);
     c->statistics = (ContactStatistics){.smallest_gap = INFINITY, .smallest_self_gap = INFINITY};
     for (int i = 0; i < c->def->vertex_count; i++) {
@@ -321,8 +245,8 @@ void contact_begin(Contact *c, ContactView view, const ContactMemory *memory, do
     }
     int touches = memory->touch_count;
     obstacle_begin_sides(c, touches > 0);
-    memcpy(c->touch_memory, memory->pairs, (size_t)touches * sizeof *memory->pairs);
-    c->touch_memory_count = touches;
+    memcpy(c->bristles.memory, memory->pairs, (size_t)touches * sizeof *memory->pairs);
+    c->bristles.memory_count = touches;
     lists_clear(&c->lists, memory->pairs + touches, memory->pair_count - touches);
     memcpy(c->held, view.held, (size_t)c->def->vertex_count);
     mesh_begin(c);
@@ -380,9 +304,9 @@ void contact_end(Contact *c, ContactMemory *memory) {
     }
     size_t o = (size_t)c->def->obstacle_count;
     memcpy(memory->poses, c->poses, o * sizeof *c->poses);
-    memcpy(memory->clocks, c->clocks, o * sizeof *c->clocks);
-    memcpy(memory->bristles, c->bristles,
-           3 * o * (size_t)c->def->vertex_count * sizeof *c->bristles);
+    memcpy(memory->clocks, c->programmes.clocks, o * sizeof *c->programmes.clocks);
+    memcpy(memory->bristles, c->bristles.vertices,
+           3 * o * (size_t)c->def->vertex_count * sizeof *c->bristles.vertices);
     memory->approach = c->statistics.approach;
     memory->touch_count = obstacle_remember(c, memory->pairs, memory->pair_room);
     memory->pair_count =

@@ -182,15 +182,15 @@ void impulses_find(Contact *c, double dt) {
     if (c->def->obstacle_count > 0) {
         obstacle_find(c, dt);
     }
-    for (int k = 0; k < c->due_count; k++) {
-        const Pair *pair = &c->lists.pairs[c->due_pairs[k].pair];
+    for (int k = 0; k < c->due.count; k++) {
+        const Pair *pair = &c->lists.pairs[c->due.pairs[k].pair];
         Strike s = impulses_pair(c, pair);
         if (repels(c, pair, &s)) {
             impulses_note_before(c, &s);
         }
     }
-    for (int k = 0; k < c->due_touch_count; k++) {
-        const Touch *touch = &c->touches[c->due_touches[k]];
+    for (int k = 0; k < c->look.touch_count; k++) {
+        const Touch *touch = &c->touches.list[c->look.touches[k]];
         Strike s = impulses_touch(c, touch, dt);
         if (touch_repels(c, touch, &s)) {
             impulses_note_before(c, &s);
@@ -200,8 +200,8 @@ void impulses_find(Contact *c, double dt) {
 
 void impulses_repel(Contact *c, double dt) {
     memset(c->impulses->given, 0, (size_t)c->def->obstacle_count * sizeof *c->impulses->given);
-    for (int k = 0; k < c->due_count; k++) {
-        const Pair *pair = &c->lists.pairs[c->due_pairs[k].pair];
+    for (int k = 0; k < c->due.count; k++) {
+        const Pair *pair = &c->lists.pairs[c->due.pairs[k].pair];
         Strike s = impulses_pair(c, pair);
         if (repels(c, pair, &s)) {
             double mass = min2(surface_panel(&c->surface, s.place[0])->mass,
@@ -209,8 +209,8 @@ void impulses_repel(Contact *c, double dt) {
             repel(c, &s, pair->dhat - pair->distance, mass, dt);
         }
     }
-    for (int k = 0; k < c->due_touch_count; k++) {
-        const Touch *touch = &c->touches[c->due_touches[k]];
+    for (int k = 0; k < c->look.touch_count; k++) {
+        const Touch *touch = &c->touches.list[c->look.touches[k]];
         Strike s = impulses_touch(c, touch, dt);
         if (touch_repels(c, touch, &s)) {
             repel(c, &s, overlap_of(c, touch), surface_panel(&c->surface, s.place[0])->mass, dt);

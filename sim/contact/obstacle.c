@@ -93,20 +93,20 @@ void obstacle_create_sides(Contact *c, Arena *arena) {
     for (int k = 0; k < c->def->obstacle_count; k++) {
         solids = solids || !c->def->obstacles[k].mesh;
     }
-    c->side_count = solids ? cloth_edges(c) * c->def->obstacle_count : 0;
-    c->sides = arena_push(arena, SideTouch, c->side_count);
-    c->side_bristles = arena_push(arena, Vec3, c->side_count);
+    c->touches.side_count = solids ? cloth_edges(c) * c->def->obstacle_count : 0;
+    c->touches.sides = arena_push(arena, SideTouch, c->touches.side_count);
+    c->bristles.sides = arena_push(arena, Vec3, c->touches.side_count);
 }
 
 void obstacle_begin_sides(Contact *c, bool remembered) {
-    if (c->sides_rub) {
-        memset(c->side_bristles, 0, (size_t)c->side_count * sizeof *c->side_bristles);
+    if (c->bristles.sides_rub) {
+        memset(c->bristles.sides, 0, (size_t)c->touches.side_count * sizeof *c->bristles.sides);
     }
-    c->sides_rub = remembered;
+    c->bristles.sides_rub = remembered;
 }
 
 static ContactForce side_force(const Contact *c, int side, double dt, double share) {
-    const SideTouch *s = &c->sides[side];
+    const SideTouch *s = &c->touches.sides[side];
     const int *place = contact_side_places(c, side);
     int obstacle = side % c->def->obstacle_count;
     double mass = surface_panel(&c->surface, place[0])->mass;
@@ -115,7 +115,7 @@ static ContactForce side_force(const Contact *c, int side, double dt, double sha
     Vec3 v = contact_point_velocity(c, 2, place, (double[]){1.0 - s->at, s->at});
     ContactForce force = contact_solid_force(
         s->share * c->at_solids.share, s->distance, c->def->vertex_distance[place[0]], mass, mu,
-        s->normal, vec3_sub(v, carried), dt, share, &c->side_bristles[side]);
+        s->normal, vec3_sub(v, carried), dt, share, &c->bristles.sides[side]);
     force.carried = carried;
     return force;
 }
@@ -132,24 +132,24 @@ static void choose_sides(Contact *c, Touch *touch) {
             obstacle_forget_sides(c, touch, 1U << k);
             continue;
         }
-        c->pushing[c->pushing_count++] = -1 - side;
-        c->sides_rub = true;
+        c->forces.pushing[c->forces.pushing_count++] = -1 - side;
+        c->bristles.sides_rub = true;
     }
 }
 
 /* What pushes: vertices and faces by their touches, sides by -1 - their number. */
 static void choose_pushing(Contact *c) {
-    contact_make_force_room(c, MOST_OF_TRIANGLE * c->due_touch_count);
-    for (int k = 0; k < c->due_group_count; k++) {
-        const GroupTouch *group = &c->group_touches[c->due_groups[k]];
+    contact_make_force_room(c, MOST_OF_TRIANGLE * c->look.touch_count);
+    for (int k = 0; k < c->look.group_count; k++) {
+        const GroupTouch *group = &c->touches.groups[c->look.groups[k]];
         for (int m = group->begin; m < group->begin + group->pushing; m++) {
-            int t = c->looked[m] < 0 ? -1 - c->looked[m] : c->looked[m];
-            bool sides = c->looked[m] < 0;
-            if (!sides || obstacle_pushes(c, &c->touches[t])) {
-                c->pushing[c->pushing_count++] = t;
+            int t = c->touches.looked[m] < 0 ? -1 - c->touches.looked[m] : c->touches.looked[m];
+            bool sides = c->touches.looked[m] < 0;
+            if (!sides || obstacle_pushes(c, &c->touches.list[t])) {
+                c->forces.pushing[c->forces.pushing_count++] = t;
             }
             if (sides) {
-                choose_sides(c, &c->touches[t]);
+                choose_sides(c, &c->touches.list[t]);
             }
         }
     }
@@ -164,10 +164,10 @@ typedef struct Pushed {
 
 static Pushed pushed_by(const Contact *c, int item) {
     if (item < 0) {
-        double at = c->sides[-1 - item].at;
+        double at = c->touches.sides[-1 - item].at;
         return (Pushed){2, contact_side_places(c, -1 - item), {1.0 - at, at}};
     }
-    const Touch *touch = &c->touches[item];
+    const Touch *touch = &c->touches.list[item];
     const double *w = touch->weight;
     return touch->place[1] < 0 ? (Pushed){1, touch->place, {1.0}}
                                : (Pushed){3, touch->place, {w[0], w[1], w[2]}};
@@ -175,10 +175,10 @@ static Pushed pushed_by(const Contact *c, int item) {
 
 static ContactForce force_by(const Contact *c, int item, double dt, double share) {
     return item < 0 ? side_force(c, -1 - item, dt, share)
-                    : force_of(c, &c->touches[item], dt, share);
+                    : force_of(c, &c->touches.list[item], dt, share);
 }
 
-/* Forces of c->pushing, in parts whose number depends on nothing but theirs. Cloth is numbered as its groups
+/* Forces of c->forces.pushing, in parts whose number depends on nothing but theirs. Cloth is numbered as its groups
  * are, so that most of them push vertices of their own part alone. */
 typedef struct PushJob {
     Contact *c;
@@ -200,19 +200,19 @@ static void apply(Contact *c, const Pushed *pushed, const ContactForce *force, C
     contact_apply(c, force, pushed->count, pushed->place, pushed->weight, work);
 }
 
-/* the numbers of those that are left go to c->left, from the first of the part on */
+/* the numbers of those that are left go to c->forces.left, from the first of the part on */
 static void push_part(int part, int first, int end, void *context) {
     PushJob *job = context;
     Contact *c = job->c;
     int left = 0;
     for (int k = first; k < end; k++) {
-        ContactForce force = force_by(c, c->pushing[k], job->dt, job->share);
-        Pushed pushed = pushed_by(c, c->pushing[k]);
+        ContactForce force = force_by(c, c->forces.pushing[k], job->dt, job->share);
+        Pushed pushed = pushed_by(c, c->forces.pushing[k]);
         if (is_within(&pushed, job->split[part], job->split[part + 1])) {
             apply(c, &pushed, &force, &job->work[part]);
         } else {
-            c->forces[k] = force;
-            c->left[first + left++] = k;
+            c->forces.found[k] = force;
+            c->forces.left[first + left++] = k;
         }
     }
     job->left[part] = left;
@@ -221,12 +221,12 @@ static void push_part(int part, int first, int end, void *context) {
 /* where each part begins; returns how many forces a part has */
 static int split_vertices(PushJob *job) {
     const Contact *c = job->c;
-    int share = (c->pushing_count + CONTACT_PARTS - 1) / CONTACT_PARTS;
+    int share = (c->forces.pushing_count + CONTACT_PARTS - 1) / CONTACT_PARTS;
     int grain = share > CONTACT_LEAST_PART ? share : CONTACT_LEAST_PART;
-    int parts = parallel_chunk_count(c->pushing_count, grain);
+    int parts = parallel_chunk_count(c->forces.pushing_count, grain);
     job->split[0] = 0;
     for (int p = 1; p < parts; p++) {
-        int place = pushed_by(c, c->pushing[p * grain]).place[0];
+        int place = pushed_by(c, c->forces.pushing[p * grain]).place[0];
         job->split[p] = place > job->split[p - 1] ? place : job->split[p - 1];
     }
     job->split[parts] = c->def->vertex_count;
@@ -236,16 +236,16 @@ static int split_vertices(PushJob *job) {
 static void push_all(Contact *c, double dt, double share) {
     PushJob job = {.c = c, .dt = dt, .share = share};
     int grain = split_vertices(&job);
-    parallel_for(c->pushing_count, grain, push_part, &job);
-    for (int p = 0; p < parallel_chunk_count(c->pushing_count, grain); p++) {
+    parallel_for(c->forces.pushing_count, grain, push_part, &job);
+    for (int p = 0; p < parallel_chunk_count(c->forces.pushing_count, grain); p++) {
         for (int m = p * grain; m < p * grain + job.left[p]; m++) {
-            int k = c->left[m];
-            Pushed pushed = pushed_by(c, c->pushing[k]);
-            apply(c, &pushed, &c->forces[k], &job.work[p]);
+            int k = c->forces.left[m];
+            Pushed pushed = pushed_by(c, c->forces.pushing[k]);
+            apply(c, &pushed, &c->forces.found[k], &job.work[p]);
         }
         contact_note_work(c, &job.work[p]);
     }
-    c->some_touched = c->some_touched || c->pushing_count > 0;
+    c->some_touched = c->some_touched || c->forces.pushing_count > 0;
 }
 
 void obstacle_forces(Contact *c, double dt, double share) {
@@ -258,14 +258,14 @@ void obstacle_forces(Contact *c, double dt, double share) {
 /* ---- guard ---- */
 
 void obstacle_refresh(Contact *c, double dt) {
-    if (c->outgrown && obstacle_search(c, dt)) {
+    if (c->groups.outgrown && obstacle_search(c, dt)) {
         obstacle_look(c);
     }
 }
 
 static void touch_impulse(Contact *c, const Touch *touch, double dt) {
     double floor = CONTACT_IMPULSE_GAP * touch_distance(c, touch);
-    double motion = CONTACT_IMPULSE_RESERVE * dt * c->group_touches[touch->owner].speed;
+    double motion = CONTACT_IMPULSE_RESERVE * dt * c->touches.groups[touch->owner].speed;
     if (touch->distance - floor >= motion) {
         return;
     }
@@ -280,7 +280,7 @@ static void touch_impulse(Contact *c, const Touch *touch, double dt) {
 static void touch_shorten(Contact *c, const Points *x, const Touch *touch, double dt) {
     double reserve = max2(0.0, min2(obstacle_reach(c, touch), 0.5 * touch->distance));
     double floor = reserve + CONTACT_PLANE_FLOOR * touch_distance(c, touch);
-    double motion = dt * c->motion[touch->owner / c->def->obstacle_count].fastest;
+    double motion = dt * c->groups.motion[touch->owner / c->def->obstacle_count].fastest;
     if (motion <= CONTACT_PLANE_SHARE * (touch->distance - floor)) {
         return; /* no corner is nearer to the plane */
     }
@@ -294,7 +294,7 @@ static void touch_shorten(Contact *c, const Points *x, const Touch *touch, doubl
 /* Is a touch of a group so near that motions of `motion` [m] concern the guard? Then those that are near
  * are known one by one. */
 static bool concerns_guard(Contact *c, int owner, double motion) {
-    const GroupTouch *group = &c->group_touches[owner];
+    const GroupTouch *group = &c->touches.groups[owner];
     bool rests = resting_holds(&c->resting, owner);
     if (group->near_count == 0 && !rests) {
         return false;
@@ -310,41 +310,41 @@ static bool concerns_guard(Contact *c, int owner, double motion) {
 }
 
 void obstacle_impulses(Contact *c, double dt) {
-    if (!c->narrow) {
+    if (!c->groups.narrow) {
         return;
     }
     double before = c->statistics.impulses;
-    for (int k = 0; k < c->due_group_count; k++) {
-        const GroupTouch *group = &c->group_touches[c->due_groups[k]];
+    for (int k = 0; k < c->look.group_count; k++) {
+        const GroupTouch *group = &c->touches.groups[c->look.groups[k]];
         double motion = CONTACT_IMPULSE_RESERVE * dt * group->speed;
-        bool concerns = concerns_guard(c, c->due_groups[k], motion);
+        bool concerns = concerns_guard(c, c->look.groups[k], motion);
         for (int m = 0; m < group->near_count && concerns; m++) {
-            touch_impulse(c, &c->touches[c->near_touches[group->begin + m]], dt);
+            touch_impulse(c, &c->touches.list[c->touches.near[group->begin + m]], dt);
         }
     }
     c->at_solids.impulses += c->statistics.impulses - before;
 }
 
 void obstacle_shorten(Contact *c, double dt) {
-    if (!c->narrow) {
+    if (!c->groups.narrow) {
         return;
     }
     Points x = contact_positions(c);
-    for (int k = 0; k < c->due_group_count; k++) {
-        const GroupTouch *group = &c->group_touches[c->due_groups[k]];
-        double motion = dt * c->motion[c->due_groups[k] / c->def->obstacle_count].fastest;
-        bool concerns = concerns_guard(c, c->due_groups[k], motion / CONTACT_PLANE_SHARE);
+    for (int k = 0; k < c->look.group_count; k++) {
+        const GroupTouch *group = &c->touches.groups[c->look.groups[k]];
+        double motion = dt * c->groups.motion[c->look.groups[k] / c->def->obstacle_count].fastest;
+        bool concerns = concerns_guard(c, c->look.groups[k], motion / CONTACT_PLANE_SHARE);
         for (int m = 0; m < group->near_count && concerns; m++) {
-            touch_shorten(c, &x, &c->touches[c->near_touches[group->begin + m]], dt);
+            touch_shorten(c, &x, &c->touches.list[c->touches.near[group->begin + m]], dt);
         }
     }
 }
 
 bool obstacle_check(Contact *c, double dt) {
-    if (c->outgrown && obstacle_search(c, dt)) {
+    if (c->groups.outgrown && obstacle_search(c, dt)) {
         obstacle_look(c);
     }
-    return c->outgrown;
+    return c->groups.outgrown;
 }
 
 /* [J] of a vertex or a face */
@@ -359,7 +359,7 @@ static double sides_energy(const Contact *c, const Touch *touch, double dt) {
     double energy = 0.0, force, curvature;
     for (int m = 0; m < 3; m++) {
         if (touch->sides & 1U << m) {
-            const SideTouch *s = &c->sides[contact_side(c, touch, m)];
+            const SideTouch *s = &c->touches.sides[contact_side(c, touch, m)];
             energy += contact_law(s->distance, touch_distance(c, touch), s->share * k, &force,
                                   &curvature);
         }
@@ -380,9 +380,10 @@ double obstacle_energy(Contact *c, double dt) {
         if (resting_holds(&c->resting, i)) {
             resting_wake(c, i);
         }
-        const GroupTouch *group = &c->group_touches[i];
+        const GroupTouch *group = &c->touches.groups[i];
         for (int t = group->begin; t < group->begin + group->count; t++) {
-            energy += group->path >= c->touch_due[t] ? energy_of(c, &c->touches[t], dt) : 0.0;
+            energy +=
+                group->path >= c->touches.due[t] ? energy_of(c, &c->touches.list[t], dt) : 0.0;
         }
     }
     return energy;

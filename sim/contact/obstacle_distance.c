@@ -35,8 +35,8 @@ static const VertexDistance *corner_distance(const Contact *c, const Points *x, 
                                              const VertexDistance *const before[],
                                              VertexDistance *own) {
     size_t index = corner_index(c, touch->place[k], touch->obstacle);
-    if (c->distances[index].stamp == c->lists.stamp) {
-        return &c->distances[index];
+    if (c->touches.known[index].stamp == c->lists.stamp) {
+        return &c->touches.known[index];
     }
     Corner *corner = &corners->one[index % CORNERS];
     if (corner->next_index == index + 1) {
@@ -60,7 +60,7 @@ static void set_touch(const Contact *c, Touch *touch, double distance, Vec3 near
 
 /* ... and known to triangles from now on */
 void obstacle_evaluate_vertex(Contact *c, const Points *x, Touch *touch) {
-    VertexDistance *v = &c->distances[corner_index(c, touch->place[0], touch->obstacle)];
+    VertexDistance *v = &c->touches.known[corner_index(c, touch->place[0], touch->obstacle)];
     if (v->stamp != c->lists.stamp) {
         find_distance(c, x, touch->place[0], touch->obstacle, v);
     }
@@ -76,7 +76,7 @@ static bool set_side(const Contact *c, const Touch *touch, const Vec3 place[3], 
         return false;
     }
     const Frame *f = &c->frames[touch->obstacle];
-    SideTouch *out = &c->sides[side];
+    SideTouch *out = &c->touches.sides[side];
     out->at = touch->place[k] < touch->place[next] ? found->at : 1.0 - found->at;
     out->distance = found->distance;
     out->share = contact_share_inside(found->lower, dhat);
@@ -184,7 +184,7 @@ double obstacle_frozen(const Contact *c, const Touch *touch) {
         return -1.0;
     }
     size_t at = corner_index(c, place, touch->obstacle);
-    return max2(solid_flat_margin(&obstacle->solid, c->distances[at].place),
+    return max2(solid_flat_margin(&obstacle->solid, c->touches.known[at].place),
                 CONTACT_FROZEN_SHARE * c->def->vertex_distance[place]);
 }
 

@@ -25,13 +25,13 @@ static void side_key(const Contact *c, int side, int key[4]) {
 /* ---- blocks of touches ---- */
 
 static void make_touch_room(Contact *c, int room) {
-    c->touches = arena_grow(c->arena, Touch, c->touches, c->touch_end, room);
-    c->touch_due = arena_grow(c->arena, double, c->touch_due, c->touch_end, room);
-    c->due_touches = arena_push(c->arena, int, room); /* a look follows */
-    c->looked = arena_push(c->arena, int, room);
-    c->near_touches = arena_push(c->arena, int, room);
-    resting_make_room(&c->resting, c->touch_end, room, c->arena);
-    c->touch_room = room;
+    c->touches.list = arena_grow(c->arena, Touch, c->touches.list, c->touches.end, room);
+    c->touches.due = arena_grow(c->arena, double, c->touches.due, c->touches.end, room);
+    c->look.touches = arena_push(c->arena, int, room); /* a look follows */
+    c->touches.looked = arena_push(c->arena, int, room);
+    c->touches.near = arena_push(c->arena, int, room);
+    resting_make_room(&c->resting, c->touches.end, room, c->arena);
+    c->touches.room = room;
 }
 
 /* of a group, for all of its vertices and triangles; it stays through the interval */
@@ -43,11 +43,11 @@ static void reserve_block(Contact *c, GroupTouch *group, const SurfaceGroup *cel
         const SurfaceCell *cell = &c->surface.cells[k];
         group->room += cell->vertex_count + (plane ? 0 : cell->triangle_count);
     }
-    if (c->touch_end + group->room > c->touch_room) {
-        make_touch_room(c, 2 * (c->touch_room + group->room) + 1024);
+    if (c->touches.end + group->room > c->touches.room) {
+        make_touch_room(c, 2 * (c->touches.room + group->room) + 1024);
     }
-    group->begin = c->touch_end;
-    c->touch_end += group->room;
+    group->begin = c->touches.end;
+    c->touches.end += group->room;
 }
 
 static double group_distance(const Contact *c, int g) {
@@ -70,7 +70,7 @@ static double group_apart(const Contact *c, const Points *x, int g, int o) {
 /* Lists all that a group has, unless it is far away, and leaves it to the look that follows. */
 static void query_group(Contact *c, const Points *x, int owner, double dt) {
     int g = owner / c->def->obstacle_count, o = owner % c->def->obstacle_count;
-    GroupTouch *group = &c->group_touches[owner];
+    GroupTouch *group = &c->touches.groups[owner];
     double dhat = group_distance(c, g), step = group->speed * dt;
     double slack = max2(CONTACT_LEAST_SLACK * dhat, CONTACT_LONG_SLACK_STEPS * step);
     group->near = max2(dhat, CONTACT_NEAR_STEPS * step);
@@ -88,12 +88,12 @@ static void query_group(Contact *c, const Points *x, int owner, double dt) {
     group->dhat =
         c->def->vertex_distance[c->surface.group_vertices[c->surface.groups[g].vertex_begin]];
     if (far) {
-        c->touch_count -= group->count;
+        c->touches.count -= group->count;
         group->count = group->listed = 0;
         return;
     }
     reserve_block(c, group, &c->surface.groups[g], c->def->obstacles[o].solid.kind == SOLID_PLANE);
-    c->touch_count += group->room - group->count;
+    c->touches.count += group->room - group->count;
     group->listed = group->room;
 }
 
@@ -101,7 +101,7 @@ bool obstacle_search(Contact *c, double dt) {
     bool searched = false;
     Points x = contact_positions(c);
     for (int i = 0; i < contact_owners(c); i++) {
-        const GroupTouch *group = &c->group_touches[i];
+        const GroupTouch *group = &c->touches.groups[i];
         if (CONTACT_LEAST_NEAR_STEPS * group->speed * dt > group->near) {
             query_group(c, &x, i, dt);
             searched = true;
@@ -114,7 +114,7 @@ bool obstacle_search(Contact *c, double dt) {
 void obstacle_forget_sides(const Contact *c, Touch *touch, unsigned sides) {
     for (int k = 0; k < 3; k++) {
         if (sides & 1U << k) {
-            c->side_bristles[contact_side(c, touch, k)] = vec3(0, 0, 0);
+            c->bristles.sides[contact_side(c, touch, k)] = vec3(0, 0, 0);
         }
     }
     touch->sides &= ~sides;
@@ -138,8 +138,8 @@ static int compare_keys(const void *a, const void *b) {
 
 /* Takes over a bristle of the last interval; false: there is none. */
 static bool restore(const Contact *c, const PairMemory *key, Vec3 *bristle) {
-    const PairMemory *memory = bsearch(key, c->touch_memory, (size_t)c->touch_memory_count,
-                                       sizeof *c->touch_memory, compare_keys);
+    const PairMemory *memory = bsearch(key, c->bristles.memory, (size_t)c->bristles.memory_count,
+                                       sizeof *c->bristles.memory, compare_keys);
     *bristle = memory ? vec3_load(memory->bristle) : *bristle;
     return memory;
 }
@@ -152,7 +152,7 @@ static void restore_bristles(const Contact *c, Touch *touch) {
         int side = contact_side(c, touch, k);
         if (side >= 0) {
             side_key(c, side, key.place);
-            touch->sides |= restore(c, &key, &c->side_bristles[side]) ? 1U << k : 0U;
+            touch->sides |= restore(c, &key, &c->bristles.sides[side]) ? 1U << k : 0U;
         }
     }
 }
@@ -164,7 +164,7 @@ typedef struct Expansion {
 } Expansion;
 
 static void list_touch(Contact *c, const GroupTouch *group, const Touch *wanted, Expansion *e) {
-    Touch *touch = &c->touches[e->at], *old = &c->touches[e->old];
+    Touch *touch = &c->touches.list[e->at], *old = &c->touches.list[e->old];
     if (e->old >= group->begin && memcmp(old->place, wanted->place, sizeof old->place) == 0) {
         if (old != touch) {
             *touch = *old;
@@ -173,16 +173,16 @@ static void list_touch(Contact *c, const GroupTouch *group, const Touch *wanted,
         e->old--;
     } else {
         *touch = *wanted;
-        if (c->touch_memory_count > 0) {
+        if (c->bristles.memory_count > 0) {
             restore_bristles(c, touch);
         }
     }
-    c->touch_due[e->at--] = -INFINITY;
+    c->touches.due[e->at--] = -INFINITY;
 }
 
 static void list_group(Contact *c, int owner) {
     int g = owner / c->def->obstacle_count, o = owner % c->def->obstacle_count;
-    GroupTouch *group = &c->group_touches[owner];
+    GroupTouch *group = &c->touches.groups[owner];
     bool plane = c->def->obstacles[o].solid.kind == SOLID_PLANE;
     Touch vertex = {.obstacle = o,
                     .owner = owner,
@@ -226,25 +226,25 @@ typedef struct LookJob {
  * when it is. */
 static inline void note_touch(const LookJob *job, GroupTouch *group, int t) {
     Contact *c = job->c;
-    Touch *touch = &c->touches[t];
+    Touch *touch = &c->touches.list[t];
     double path = group->path, due = path + touch->distance - group->near;
     if (group->fresh && (job->aim == LOOK_LISTS || touch->distance > group->near)) {
         touch->frozen = -1.0;
     } else if (touch->spare) {
         due = max2(due, path + touch->margin);
     } else if (touch->distance <= group->near) {
-        c->near_touches[group->begin + group->near_count++] = t;
+        c->touches.near[group->begin + group->near_count++] = t;
         group->gap = min2(group->gap, touch->distance);
     } else {
         obstacle_forget(c, touch);
     }
-    c->touch_due[t] = due;
+    c->touches.due[t] = due;
     group->earliest = min2(group->earliest, due);
 }
 
 static inline void look_at_vertex(const LookJob *job, GroupTouch *group, int t) {
     Contact *c = job->c;
-    Touch *touch = &c->touches[t];
+    Touch *touch = &c->touches.list[t];
     if (group->path <= touch->frozen) {
         obstacle_project(&job->x, touch);
     } else {
@@ -259,17 +259,17 @@ static inline void look_at_vertex(const LookJob *job, GroupTouch *group, int t) 
 static void ask_groups(Contact *c, int chunk, int first, int end) {
     int due = 0, spent = 0;
     for (int i = first; i < end; i++) {
-        const GroupTouch *group = &c->group_touches[i];
+        const GroupTouch *group = &c->touches.groups[i];
         bool listed = group->count > 0 || group->fresh, gone = group->path > group->limit;
         if (gone) {
-            c->spent_groups[first + spent++] = i;
+            c->look.spent[first + spent++] = i;
         }
         if (gone || (listed && group->path >= group->earliest)) {
-            c->due_groups[first + due++] = i;
+            c->look.groups[first + due++] = i;
         }
     }
-    c->due_counts[chunk] = due;
-    c->spent_counts[chunk] = spent;
+    c->look.counts[chunk] = due;
+    c->look.spent_counts[chunk] = spent;
 }
 
 static void due_chunk(int chunk, int first, int end, void *context) {
@@ -279,13 +279,13 @@ static void due_chunk(int chunk, int first, int end, void *context) {
 static void advance_chunk(int chunk, int first, int end, void *context) {
     Contact *c = context;
     for (int i = first; i < end; i++) {
-        c->group_touches[i].path += c->group_touches[i].speed * c->step;
+        c->touches.groups[i].path += c->touches.groups[i].speed * c->step;
     }
     ask_groups(c, chunk, first, end);
 }
 
 ParallelLoop obstacle_advance_loop(Contact *c) {
-    c->touches_asked = true;
+    c->look.asked = true;
     return (ParallelLoop){contact_owners(c), OWNER_GRAIN, advance_chunk, c};
 }
 
@@ -295,8 +295,8 @@ static void vertex_chunk(int chunk, int first, int end, void *context) {
     const LookJob *job = context;
     Contact *c = job->c;
     for (int k = first; k < end; k++) {
-        int owner = c->due_groups[k];
-        GroupTouch *group = &c->group_touches[owner];
+        int owner = c->look.groups[k];
+        GroupTouch *group = &c->touches.groups[owner];
         bool rests = resting_holds(&c->resting, owner) && resting_look(c, &job->x, owner);
         group->looked = group->near_count = 0;
         if (group->fresh) {
@@ -307,12 +307,12 @@ static void vertex_chunk(int chunk, int first, int end, void *context) {
         }
         group->earliest = group->gap = INFINITY;
         for (int t = group->begin; t < group->begin + group->count; t++) {
-            if (group->path < c->touch_due[t]) {
-                group->earliest = min2(group->earliest, c->touch_due[t]);
-            } else if (c->touches[t].place[1] < 0) {
+            if (group->path < c->touches.due[t]) {
+                group->earliest = min2(group->earliest, c->touches.due[t]);
+            } else if (c->touches.list[t].place[1] < 0) {
                 look_at_vertex(job, group, t);
             } else {
-                c->looked[group->begin + group->looked++] = t;
+                c->touches.looked[group->begin + group->looked++] = t;
             }
         }
     }
@@ -320,32 +320,32 @@ static void vertex_chunk(int chunk, int first, int end, void *context) {
 
 /* What is not within the reach of a group that was searched is dropped. */
 static void close_up(Contact *c, GroupTouch *group) {
-    int begin = group->begin, *renumbered = c->looked, end = begin;
+    int begin = group->begin, *renumbered = c->touches.looked, end = begin;
     for (int t = begin; t < begin + group->count; t++) {
-        Touch *touch = &c->touches[t];
+        Touch *touch = &c->touches.list[t];
         if (touch->distance > group->reach) {
             obstacle_forget(c, touch);
             continue;
         }
         renumbered[t] = end;
         if (end < t) {
-            c->touches[end] = *touch;
-            c->touch_due[end] = c->touch_due[t];
+            c->touches.list[end] = *touch;
+            c->touches.due[end] = c->touches.due[t];
         }
         end++;
     }
     group->count = end - begin;
     group->fresh = false;
     for (int m = begin; m < begin + group->near_count; m++) {
-        c->near_touches[m] = renumbered[c->near_touches[m]];
+        c->touches.near[m] = renumbered[c->touches.near[m]];
     }
 }
 
 /* those of a group that push, and triangles with sides that may: -1 - touch */
 static void list_pushing(Contact *c, GroupTouch *group) {
     for (int m = group->begin; m < group->begin + group->near_count; m++) {
-        int t = c->near_touches[m];
-        Touch *touch = &c->touches[t];
+        int t = c->touches.near[m];
+        Touch *touch = &c->touches.list[t];
         bool pushes = obstacle_pushes(c, touch), vertex = touch->place[1] < 0;
         if (!pushes && vertex) {
             obstacle_forget(c, touch);
@@ -354,13 +354,13 @@ static void list_pushing(Contact *c, GroupTouch *group) {
         }
         bool sides = !vertex && touch->sides;
         if (pushes || sides) {
-            c->looked[group->begin + group->pushing++] = sides ? -1 - t : t;
+            c->touches.looked[group->begin + group->pushing++] = sides ? -1 - t : t;
         }
     }
 }
 
 static void sum_group(const Contact *c, int owner, LookSum *sum) {
-    GroupTouch *group = &c->group_touches[owner];
+    GroupTouch *group = &c->touches.groups[owner];
     sum->listed += group->count - group->listed;
     sum->near += group->near_count;
     sum->resting += resting_count(&c->resting, owner);
@@ -377,9 +377,10 @@ static void evaluate_triangles(const LookJob *job, int first, int end) {
     corners_clear(&corners);
     box_batch_begin(&batch.boxes, c->lists.width);
     for (int k = first; k < end; k++) {
-        const GroupTouch *group = &c->group_touches[c->due_groups[k]];
+        const GroupTouch *group = &c->touches.groups[c->look.groups[k]];
         for (int m = group->begin; m < group->begin + group->looked; m++) {
-            obstacle_evaluate_triangle(c, &job->x, &corners, &batch, &c->touches[c->looked[m]]);
+            obstacle_evaluate_triangle(c, &job->x, &corners, &batch,
+                                       &c->touches.list[c->touches.looked[m]]);
         }
     }
     obstacle_finish(c, &batch);
@@ -391,10 +392,10 @@ static void triangle_chunk(int chunk, int first, int end, void *context) {
     evaluate_triangles(job, first, end);
     LookSum sum = {.gap = INFINITY, .room = INFINITY};
     for (int k = first; k < end; k++) {
-        int owner = c->due_groups[k];
-        GroupTouch *group = &c->group_touches[owner];
+        int owner = c->look.groups[k];
+        GroupTouch *group = &c->touches.groups[owner];
         for (int m = 0; m < group->looked; m++) {
-            note_touch(job, group, c->looked[group->begin + m]);
+            note_touch(job, group, c->touches.looked[group->begin + m]);
         }
         if (group->fresh) {
             close_up(c, group);
@@ -408,20 +409,20 @@ static void triangle_chunk(int chunk, int first, int end, void *context) {
         }
         sum_group(c, owner, &sum);
     }
-    c->look_sums[chunk] = sum;
+    c->look.sums[chunk] = sum;
 }
 
 /* the groups that spent their path; a look follows */
 static void search_spent(Contact *c, double dt) {
     int owners = contact_owners(c);
     Points x = contact_positions(c);
-    if (!c->touches_asked) {
+    if (!c->look.asked) {
         parallel_for(owners, OWNER_GRAIN, due_chunk, c);
-        c->touches_asked = true;
+        c->look.asked = true;
     }
-    int count = parallel_close_up(c->spent_groups, c->spent_counts, owners, OWNER_GRAIN);
+    int count = parallel_close_up(c->look.spent, c->look.spent_counts, owners, OWNER_GRAIN);
     for (int k = 0; k < count; k++) {
-        query_group(c, &x, c->spent_groups[k], dt);
+        query_group(c, &x, c->look.spent[k], dt);
     }
     c->statistics.rebuilds += count > 0;
 }
@@ -430,22 +431,22 @@ static void search_spent(Contact *c, double dt) {
 static LookSum look(Contact *c, LookAim aim) {
     LookJob job = {c, contact_positions(c), aim};
     int owners = contact_owners(c);
-    if (!c->touches_asked) {
+    if (!c->look.asked) {
         parallel_for(owners, OWNER_GRAIN, due_chunk, c);
     }
-    c->touches_asked = false;
-    c->due_group_count = parallel_close_up(c->due_groups, c->due_counts, owners, OWNER_GRAIN);
-    parallel_for(c->due_group_count, LOOK_GRAIN, vertex_chunk, &job);
-    parallel_for(c->due_group_count, LOOK_GRAIN, triangle_chunk, &job);
+    c->look.asked = false;
+    c->look.group_count = parallel_close_up(c->look.groups, c->look.counts, owners, OWNER_GRAIN);
+    parallel_for(c->look.group_count, LOOK_GRAIN, vertex_chunk, &job);
+    parallel_for(c->look.group_count, LOOK_GRAIN, triangle_chunk, &job);
     LookSum sum = {.gap = INFINITY, .room = INFINITY};
-    for (int k = 0; k < parallel_chunk_count(c->due_group_count, LOOK_GRAIN); k++) {
-        sum.listed += c->look_sums[k].listed;
-        sum.near += c->look_sums[k].near;
-        sum.resting += c->look_sums[k].resting;
-        sum.gap = min2(sum.gap, c->look_sums[k].gap);
-        sum.room = min2(sum.room, c->look_sums[k].room);
+    for (int k = 0; k < parallel_chunk_count(c->look.group_count, LOOK_GRAIN); k++) {
+        sum.listed += c->look.sums[k].listed;
+        sum.near += c->look.sums[k].near;
+        sum.resting += c->look.sums[k].resting;
+        sum.gap = min2(sum.gap, c->look.sums[k].gap);
+        sum.room = min2(sum.room, c->look.sums[k].room);
     }
-    c->touch_count += sum.listed;
+    c->touches.count += sum.listed;
     return sum;
 }
 
@@ -453,50 +454,50 @@ void obstacle_begin(Contact *c, double dt) {
     for (int o = 0; o < c->def->obstacle_count; o++) {
         obstacle_place(c, o);
     }
-    c->touch_count = c->touch_end = c->due_touch_count = c->due_group_count = 0;
-    memset(c->group_touches, 0, (size_t)contact_owners(c) * sizeof *c->group_touches);
+    c->touches.count = c->touches.end = c->look.touch_count = c->look.group_count = 0;
+    memset(c->touches.groups, 0, (size_t)contact_owners(c) * sizeof *c->touches.groups);
     resting_clear(&c->resting, contact_owners(c));
     for (int g = 0; g < contact_cloth_groups(c); g++) {
         for (int o = 0; o < c->def->obstacle_count; o++) {
-            GroupTouch *group = &c->group_touches[g * c->def->obstacle_count + o];
-            group->speed = c->motion[g].fastest;
+            GroupTouch *group = &c->touches.groups[g * c->def->obstacle_count + o];
+            group->speed = c->groups.motion[g].fastest;
             group->limit = -1.0;
         }
     }
-    if (c->touch_memory_count > 1) {
-        qsort(c->touch_memory, (size_t)c->touch_memory_count, sizeof *c->touch_memory,
+    if (c->bristles.memory_count > 1) {
+        qsort(c->bristles.memory, (size_t)c->bristles.memory_count, sizeof *c->bristles.memory,
               compare_keys);
     }
-    c->touches_asked = false;
+    c->look.asked = false;
     search_spent(c, dt);
     look(c, LOOK_LISTS);
-    c->touch_memory_count = c->due_group_count = 0;
+    c->bristles.memory_count = c->look.group_count = 0;
 }
 
 static void list_due(Contact *c) {
-    c->due_touch_count = 0;
-    for (int k = 0; k < c->due_group_count; k++) {
-        const GroupTouch *group = &c->group_touches[c->due_groups[k]];
-        memcpy(c->due_touches + c->due_touch_count, c->near_touches + group->begin,
-               (size_t)group->near_count * sizeof *c->due_touches);
-        c->due_touch_count += group->near_count;
+    c->look.touch_count = 0;
+    for (int k = 0; k < c->look.group_count; k++) {
+        const GroupTouch *group = &c->touches.groups[c->look.groups[k]];
+        memcpy(c->look.touches + c->look.touch_count, c->touches.near + group->begin,
+               (size_t)group->near_count * sizeof *c->look.touches);
+        c->look.touch_count += group->near_count;
     }
 }
 
 static LookSum look_near(Contact *c, LookAim aim) {
     LookSum sum = look(c, aim);
-    if (c->impulses || c->solids_move) {
+    if (c->impulses || c->programmes.some) {
         list_due(c);
     }
-    c->due_touch_count = sum.near;
+    c->look.touch_count = sum.near;
     c->statistics.evaluations += sum.resting + sum.near;
-    c->statistics.pairs += c->touch_count;
+    c->statistics.pairs += c->touches.count;
     return sum;
 }
 
 void obstacle_look(Contact *c) {
     look_near(c, LOOK_NEAR);
-    c->narrow = true;
+    c->groups.narrow = true;
 }
 
 void obstacle_find(Contact *c, double dt) {
@@ -527,7 +528,7 @@ static void remember_triangle(const Contact *c, const Touch *touch, Remembered *
         if (touch->sides & 1U << k) {
             int side = contact_side(c, touch, k);
             side_key(c, side, r->memory[r->count].place);
-            remember(r, c->side_bristles[side]);
+            remember(r, c->bristles.sides[side]);
         }
     }
 }
@@ -535,10 +536,10 @@ static void remember_triangle(const Contact *c, const Touch *touch, Remembered *
 int obstacle_remember(const Contact *c, PairMemory *memory, int room) {
     Remembered r = {memory, 0, room};
     for (int i = 0; i < contact_owners(c); i++) {
-        const GroupTouch *group = &c->group_touches[i];
+        const GroupTouch *group = &c->touches.groups[i];
         for (int t = group->begin; t < group->begin + group->count; t++) {
-            if (c->touches[t].place[1] >= 0) {
-                remember_triangle(c, &c->touches[t], &r);
+            if (c->touches.list[t].place[1] >= 0) {
+                remember_triangle(c, &c->touches.list[t], &r);
             }
         }
     }

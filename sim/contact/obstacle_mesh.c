@@ -11,9 +11,10 @@ void mesh_begin(Contact *c) {
         size_t first = (size_t)c->places.mesh_first[o],
                count = (size_t)c->places.mesh_first[o + 1] - first;
         if (count > 0) {
-            places_pose(&c->def->obstacles[o], c->poses[o], c->clocks[o], c->x + 3 * first);
-            memcpy(c->mesh_target + 3 * (first - (size_t)c->def->vertex_count), c->x + 3 * first,
-                   3 * count * sizeof *c->x);
+            places_pose(&c->def->obstacles[o], c->poses[o], c->programmes.clocks[o],
+                        c->x + 3 * first);
+            memcpy(c->programmes.mesh_target + 3 * (first - (size_t)c->def->vertex_count),
+                   c->x + 3 * first, 3 * count * sizeof *c->x);
             memset(c->v + 3 * first, 0, 3 * count * sizeof *c->v);
         }
     }
@@ -21,10 +22,10 @@ void mesh_begin(Contact *c) {
 
 void mesh_demand(Contact *c, int o, double dt) {
     int first = c->places.mesh_first[o], count = c->places.mesh_first[o + 1] - first;
-    double *target = c->mesh_target + 3 * (size_t)(first - c->def->vertex_count);
+    double *target = c->programmes.mesh_target + 3 * (size_t)(first - c->def->vertex_count);
     const double *x = c->x + 3 * (size_t)first;
     double *v = c->v + 3 * (size_t)first, most = 0.0;
-    places_pose(&c->def->obstacles[o], c->next[o], c->next_clocks[o], target);
+    places_pose(&c->def->obstacles[o], c->programmes.next[o], c->programmes.next_clocks[o], target);
     for (int i = 0; i < count; i++) {
         double square = 0.0;
         for (int a = 3 * i; a < 3 * i + 3; a++) {
@@ -55,7 +56,8 @@ double mesh_reach(const Contact *c, const Pair *pair, Vec3 away) {
     side_of(c, pair, true, &begin, &end);
     for (int a = begin; a < end; a++) {
         const double *x = c->x + 3 * (size_t)pair->place[a];
-        const double *to = c->mesh_target + 3 * (size_t)(pair->place[a] - c->def->vertex_count);
+        const double *to =
+            c->programmes.mesh_target + 3 * (size_t)(pair->place[a] - c->def->vertex_count);
         closest += fabs(pair->weight[a]) * vec3_dot(away, vec3_load(x));
         most = max2(most, vec3_dot(away, vec3_load(to)));
     }
@@ -78,8 +80,8 @@ static double cloth_room(const Contact *c, const Pair *pair, Vec3 away, double d
 
 double mesh_free_share(const Contact *c, int o, double dt) {
     double phi = 1.0;
-    for (int k = 0; k < c->due_count; k++) {
-        const Pair *pair = &c->lists.pairs[c->due_pairs[k].pair];
+    for (int k = 0; k < c->due.count; k++) {
+        const Pair *pair = &c->lists.pairs[c->due.pairs[k].pair];
         if (pair_obstacle(c, pair) != o) {
             continue;
         }
@@ -97,11 +99,11 @@ double mesh_free_share(const Contact *c, int o, double dt) {
 void mesh_move(Contact *c, int o, double phi) {
     double *x = c->x + 3 * (size_t)c->places.mesh_first[o];
     if (phi < 1.0) {
-        places_pose(&c->def->obstacles[o], c->poses[o], c->clocks[o], x);
+        places_pose(&c->def->obstacles[o], c->poses[o], c->programmes.clocks[o], x);
         return;
     }
     size_t count = (size_t)(c->places.mesh_first[o + 1] - c->places.mesh_first[o]);
     const double *target =
-        c->mesh_target + 3 * (size_t)(c->places.mesh_first[o] - c->def->vertex_count);
+        c->programmes.mesh_target + 3 * (size_t)(c->places.mesh_first[o] - c->def->vertex_count);
     memcpy(x, target, 3 * count * sizeof *x);
 }

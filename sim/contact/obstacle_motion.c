@@ -56,21 +56,23 @@ void obstacle_demand(Contact *c, double dt, double time_end) {
     for (int o = 0; o < c->def->obstacle_count; o++) {
         const ContactObstacle *obstacle = &c->def->obstacles[o];
         if (!obstacle->moves) {
-            c->clocks[o] = c->next_clocks[o] = time_end;
+            c->programmes.clocks[o] = c->programmes.next_clocks[o] = time_end;
             continue;
         }
-        c->next_clocks[o] = contact_next_clock(obstacle, c->clocks[o], time_end, dt);
-        c->next[o] = contact_pose(obstacle, c->next_clocks[o]);
+        c->programmes.next_clocks[o] =
+            contact_next_clock(obstacle, c->programmes.clocks[o], time_end, dt);
+        c->programmes.next[o] = contact_pose(obstacle, c->programmes.next_clocks[o]);
         if (obstacle->mesh) {
             mesh_demand(c, o, dt);
         } else {
-            c->obstacle_speed[o] = farthest_motion(obstacle, c->poses[o], c->next[o]) / dt;
+            c->obstacle_speed[o] =
+                farthest_motion(obstacle, c->poses[o], c->programmes.next[o]) / dt;
         }
     }
 }
 
 Vec3 obstacle_velocity(const Contact *c, int obstacle, Vec3 point, double dt) {
-    Vec3 moved = pose_apply(c->next[obstacle], pose_unapply(c->poses[obstacle], point));
+    Vec3 moved = pose_apply(c->programmes.next[obstacle], pose_unapply(c->poses[obstacle], point));
     return vec3_scale(1.0 / dt, vec3_sub(moved, point));
 }
 
@@ -79,7 +81,7 @@ double obstacle_reach(const Contact *c, const Touch *touch) {
     if (!obstacle->moves) {
         return 0.0;
     }
-    Pose pose = c->next[touch->obstacle];
+    Pose pose = c->programmes.next[touch->obstacle];
     if (obstacle->solid.kind == SOLID_PLANE) {
         Vec3 moved = pose_apply(pose, pose_unapply(c->poses[touch->obstacle], touch->point));
         return vec3_dot(touch->normal, vec3_sub(moved, touch->point));
@@ -92,8 +94,8 @@ double obstacle_reach(const Contact *c, const Touch *touch) {
 /* phi: the largest share of its demanded motion that keeps every near corner separated */
 static double free_share(const Contact *c, const Points *x, int o, double dt) {
     double phi = 1.0;
-    for (int k = 0; k < c->due_touch_count; k++) {
-        const Touch *touch = &c->touches[c->due_touches[k]];
+    for (int k = 0; k < c->look.touch_count; k++) {
+        const Touch *touch = &c->touches.list[c->look.touches[k]];
         if (touch->obstacle != o) {
             continue;
         }
@@ -121,11 +123,13 @@ void obstacle_move(Contact *c, double dt) {
         double phi = c->impulses      ? 1.0 /* what waits has no motion left */
                      : obstacle->mesh ? mesh_free_share(c, o, dt)
                                       : free_share(c, &x, o, dt);
-        if (phi < 1.0 && c->next_clocks[o] - c->clocks[o] > CONTACT_LEAP_AFTER * dt) {
+        if (phi < 1.0 &&
+            c->programmes.next_clocks[o] - c->programmes.clocks[o] > CONTACT_LEAP_AFTER * dt) {
             phi = 0.0; /* what lies between the two times is elsewhere */
         }
-        c->clocks[o] += phi * (c->next_clocks[o] - c->clocks[o]);
-        c->poses[o] = phi == 1.0 ? c->next[o] : contact_pose(obstacle, c->clocks[o]);
+        c->programmes.clocks[o] += phi * (c->programmes.next_clocks[o] - c->programmes.clocks[o]);
+        c->poses[o] =
+            phi == 1.0 ? c->programmes.next[o] : contact_pose(obstacle, c->programmes.clocks[o]);
         obstacle_place(c, o);
         if (obstacle->mesh) {
             mesh_move(c, o, phi);

@@ -35,7 +35,7 @@ void resting_make_room(Resting *resting, int used, int room, Arena *arena) {
 static bool only_obstacle(const Contact *c, int owner) {
     int obstacles = c->def->obstacle_count, first = owner / obstacles * obstacles;
     for (int i = first; i < first + obstacles; i++) {
-        if (i != owner && c->group_touches[i].listed > 0) {
+        if (i != owner && c->touches.groups[i].listed > 0) {
             return false;
         }
     }
@@ -46,7 +46,7 @@ static bool only_obstacle(const Contact *c, int owner) {
 static bool lies_flat(const Contact *c, const Touch *touch, const Vec3 *normal, double path,
                       double *until) {
     bool vertex = touch->place[1] < 0;
-    double end = vertex ? touch->frozen : c->touch_due[touch - c->touches];
+    double end = vertex ? touch->frozen : c->touches.due[touch - c->touches.list];
     bool flat = vertex ? memcmp(normal, &touch->normal, sizeof *normal) == 0 : touch->spare;
     *until = min2(*until, end);
     return flat && end > path;
@@ -55,15 +55,15 @@ static bool lies_flat(const Contact *c, const Touch *touch, const Vec3 *normal, 
 void resting_settle(Contact *c, int owner) {
     Resting *r = &c->resting;
     RestGroup *rest = &r->groups[owner];
-    GroupTouch *group = &c->group_touches[owner];
-    const Touch *touches = c->touches + group->begin;
+    GroupTouch *group = &c->touches.groups[owner];
+    const Touch *touches = c->touches.list + group->begin;
     if (c->impulses || group->near_count == 0 || !only_obstacle(c, owner) ||
         c->def->obstacles[owner % c->def->obstacle_count].moves) {
         return;
     }
     double until = INFINITY;
     int count = 0;
-    rest->normal = c->touches[c->near_touches[group->begin]].normal;
+    rest->normal = c->touches.list[c->touches.near[group->begin]].normal;
     for (int t = 0; t < group->count; t++) {
         if (!lies_flat(c, &touches[t], &rest->normal, group->path, &until)) {
             return;
@@ -83,7 +83,7 @@ void resting_settle(Contact *c, int owner) {
 bool resting_look(Contact *c, const Points *x, int owner) {
     Resting *r = &c->resting;
     const RestGroup *rest = &r->groups[owner];
-    GroupTouch *group = &c->group_touches[owner];
+    GroupTouch *group = &c->touches.groups[owner];
     if (group->path > rest->until || !only_obstacle(c, owner)) {
         resting_wake(c, owner);
         return false;
@@ -101,17 +101,17 @@ bool resting_look(Contact *c, const Points *x, int owner) {
 
 void resting_wake(Contact *c, int owner) {
     Points x = contact_positions(c);
-    GroupTouch *group = &c->group_touches[owner];
+    GroupTouch *group = &c->touches.groups[owner];
     c->resting.groups[owner].until = -1.0;
     group->earliest = -INFINITY;
     group->near_count = 0;
     for (int t = group->begin; t < group->begin + group->count; t++) {
-        Touch *touch = &c->touches[t];
+        Touch *touch = &c->touches.list[t];
         if (touch->place[1] < 0) {
             obstacle_project(&x, touch);
-            c->touch_due[t] = -INFINITY;
+            c->touches.due[t] = -INFINITY;
             if (touch->distance <= group->near) {
-                c->near_touches[group->begin + group->near_count++] = t;
+                c->touches.near[group->begin + group->near_count++] = t;
             }
         }
     }
@@ -175,12 +175,13 @@ static void push_rows(const RestJob *job, int owner, int first, int count, RestP
     Contact *c = job->c;
     Resting *r = &c->resting;
     Vec3 n = r->groups[owner].normal;
-    const GroupTouch *group = &c->group_touches[owner];
+    const GroupTouch *group = &c->touches.groups[owner];
     int obstacle = owner % c->def->obstacle_count;
     double own = c->def->obstacles[obstacle].friction;
     RestFace face = {.normal = {n.x, n.y, n.z},
                      .dhat = group->dhat,
-                     .friction = own >= 0.0 ? own : touch_friction(c, &c->touches[group->begin]),
+                     .friction =
+                         own >= 0.0 ? own : touch_friction(c, &c->touches.list[group->begin]),
                      .stiffness = c->at_solids.share,
                      .dt = job->dt,
                      .share_dt = job->share * job->dt};
@@ -216,7 +217,7 @@ static void force_chunk(int chunk, int first, int end, void *context) {
     Resting *r = &c->resting;
     RestPush sum = {0};
     for (int k = first; k < end; k++) {
-        int owner = c->due_groups[k], begin = c->group_touches[owner].begin;
+        int owner = c->look.groups[k], begin = c->touches.groups[owner].begin;
         int count = resting_count(r, owner);
         for (int m = 0; m < count; m += REST_BATCH) {
             int rows = count - m < REST_BATCH ? count - m : REST_BATCH;
@@ -229,8 +230,8 @@ static void force_chunk(int chunk, int first, int end, void *context) {
 void resting_forces(Contact *c, double dt, double share) {
     RestJob job = {c, dt, share};
     double *approach = &c->statistics.approach;
-    parallel_for(c->due_group_count, GROUP_GRAIN, force_chunk, &job);
-    for (int k = 0; k < parallel_chunk_count(c->due_group_count, GROUP_GRAIN); k++) {
+    parallel_for(c->look.group_count, GROUP_GRAIN, force_chunk, &job);
+    for (int k = 0; k < parallel_chunk_count(c->look.group_count, GROUP_GRAIN); k++) {
         *approach = max2(*approach, c->resting.pushes[k].approach);
         c->some_touched = c->some_touched || c->resting.pushes[k].some;
     }

@@ -19,13 +19,13 @@
 /* ---- lists ---- */
 
 static void make_room(Contact *c) {
-    if (c->wanted_room < c->lists.group_pair_room) {
-        c->wanted_room = c->lists.group_pair_room;
-        int chunks = parallel_chunk_count(c->wanted_room, OWNER_GRAIN);
-        c->wanted = arena_push(c->arena, int, c->wanted_room);
-        c->wanted_counts = arena_push(c->arena, int, chunks);
-        c->due_owners = arena_push(c->arena, int, c->wanted_room);
-        c->near_counts = arena_push(c->arena, int, c->wanted_room);
+    if (c->asked.room < c->lists.group_pair_room) {
+        c->asked.room = c->lists.group_pair_room;
+        int chunks = parallel_chunk_count(c->asked.room, OWNER_GRAIN);
+        c->asked.wanted = arena_push(c->arena, int, c->asked.room);
+        c->asked.counts = arena_push(c->arena, int, chunks);
+        c->due.owners = arena_push(c->arena, int, c->asked.room);
+        c->due.near_counts = arena_push(c->arena, int, c->asked.room);
     }
 }
 
@@ -47,31 +47,31 @@ static void ask_chunk(int chunk, int first, int end, void *context) {
     const PathRows *paths = &c->lists.paths;
     const PathKernel *kernel = c->lists.path_kernel;
     unsigned char wanted = PATH_SPENT;
-    if (c->question == OUTGROWN || c->question == OUTRUN) {
-        bool outgrown = c->question == OUTGROWN;
+    if (c->asked.question == OUTGROWN || c->asked.question == OUTRUN) {
+        bool outgrown = c->asked.question == OUTGROWN;
         PathQuestion question = {.steps = outgrown ? CONTACT_LEAST_NEAR_STEPS : 1.0,
                                  .share = outgrown ? 1.0 : CONTACT_PLANE_SHARE,
-                                 .dt = c->asked_step};
-        kernel->ask(paths, c->motion, &question, first, end);
+                                 .dt = c->asked.step};
+        kernel->ask(paths, c->groups.motion, &question, first, end);
         wanted = PATH_WANTED;
-    } else if (c->question == ADVANCED) {
-        kernel->advance(paths, first, end, c->asked_step);
+    } else if (c->asked.question == ADVANCED) {
+        kernel->advance(paths, first, end, c->asked.step);
     }
-    c->wanted_counts[chunk] = collect(paths->flags, first, end, wanted, c->wanted + first);
+    c->asked.counts[chunk] = collect(paths->flags, first, end, wanted, c->asked.wanted + first);
 }
 
 static ParallelLoop ask_loop(Contact *c, Question question, double dt) {
-    c->question = question;
-    c->asked_step = dt;
+    c->asked.question = question;
+    c->asked.step = dt;
     return (ParallelLoop){c->lists.group_pair_count, OWNER_GRAIN, ask_chunk, c};
 }
 
-/* c->wanted: those of which the answer is yes */
+/* c->asked.wanted: those of which the answer is yes */
 static void take_answers(Contact *c) {
     int all = c->lists.group_pair_count;
-    c->wanted_count = parallel_close_up(c->wanted, c->wanted_counts, all, OWNER_GRAIN);
-    c->foreseen = c->question == OUTGROWN || c->question == OUTRUN;
-    c->advanced = false;
+    c->asked.count = parallel_close_up(c->asked.wanted, c->asked.counts, all, OWNER_GRAIN);
+    c->asked.foreseen = c->asked.question == OUTGROWN || c->asked.question == OUTRUN;
+    c->asked.advanced = false;
 }
 
 static void ask_all(Contact *c, Question question, double dt) {
@@ -80,10 +80,10 @@ static void ask_all(Contact *c, Question question, double dt) {
     take_answers(c);
 }
 
-/* Moves all paths on by a step of dt (0: none), and finds which group pairs spent theirs (c->wanted) and
+/* Moves all paths on by a step of dt (0: none), and finds which group pairs spent theirs (c->asked.wanted) and
  * which have pairs to be looked at: mostly the last question foresaw it. */
 static ParallelLoop advance_loop(Contact *c, double dt) {
-    bool foreseen = c->foreseen && c->asked_step == dt;
+    bool foreseen = c->asked.foreseen && c->asked.step == dt;
     return ask_loop(c, foreseen ? FORESEEN : ADVANCED, dt);
 }
 
@@ -93,7 +93,7 @@ static void take_paths(Contact *c) {
     double *before = paths->path;
     paths->path = paths->next;
     paths->next = before;
-    c->advanced = true;
+    c->asked.advanced = true;
 }
 
 static void advance(Contact *c, double dt) {
@@ -102,12 +102,12 @@ static void advance(Contact *c, double dt) {
     take_paths(c);
 }
 
-/* the pairs of one group pair that are due by its path, into c->near_pairs from its `begin` on; returns their
+/* the pairs of one group pair that are due by its path, into c->due.near from its `begin` on; returns their
  * number */
 static int find_due(Contact *c, int index) {
     Lists *l = &c->lists;
     const GroupPair *owner = &l->group_pairs[index];
-    int *found = c->near_pairs + owner->begin, count = 0;
+    int *found = c->due.near + owner->begin, count = 0;
     double path = l->paths.path[index], later = INFINITY;
     for (int p = owner->begin; p < owner->begin + owner->count; p++) {
         double due = l->due[p];
@@ -124,7 +124,7 @@ static int find_due(Contact *c, int index) {
 static int choose_pairs(Contact *c, const Points *x, int index, int count, PairBatch *batch) {
     Lists *l = &c->lists;
     double near = l->paths.near[index], path = l->paths.path[index];
-    int *due = c->near_pairs + l->group_pairs[index].begin, left = 0;
+    int *due = c->due.near + l->group_pairs[index].begin, left = 0;
     for (int k = 0; k < count; k++) {
         contact_fetch(&l->pairs[due[k]].distance);
     }
@@ -150,7 +150,7 @@ static int keep_near(Contact *c, int index, int count) {
     GroupPair *owner = &l->group_pairs[index];
     double near = l->paths.near[index], path = l->paths.path[index];
     double earliest = l->paths.earliest[index];
-    int *found = c->near_pairs + owner->begin, left = 0;
+    int *found = c->due.near + owner->begin, left = 0;
     for (int k = 0; k < count; k++) {
         int p = found[k];
         Pair *pair = &l->pairs[p];
@@ -175,39 +175,39 @@ static void evaluate_chunk(int chunk, int first, int end, void *context) {
     PairBatch batch;
     pair_batch_begin(&batch, l->width);
     for (int k = first; k < end; k++) {
-        int index = c->due_owners[k], count = find_due(c, index);
+        int index = c->due.owners[k], count = find_due(c, index);
         bool known = l->group_pairs[index].evaluated == l->stamp;
-        c->near_counts[k] = known ? count : choose_pairs(c, &x, index, count, &batch);
+        c->due.near_counts[k] = known ? count : choose_pairs(c, &x, index, count, &batch);
     }
     pair_batch_end(&batch);
     for (int k = first; k < end; k++) {
-        c->near_counts[k] = keep_near(c, c->due_owners[k], c->near_counts[k]);
+        c->due.near_counts[k] = keep_near(c, c->due.owners[k], c->due.near_counts[k]);
     }
 }
 
 /* all due pairs */
 static void evaluate(Contact *c) {
     Lists *l = &c->lists;
-    if (!c->advanced) { /* lists were made again since */
+    if (!c->asked.advanced) { /* lists were made again since */
         advance(c, 0.0);
     }
-    c->advanced = false;
-    c->due_owner_count = collect(l->paths.flags, 0, l->group_pair_count, PATH_DUE, c->due_owners);
-    if (c->due_room < l->pair_room) {
-        c->due_room = l->pair_room;
-        c->due_pairs = arena_push(c->arena, DuePair, c->due_room);
-        c->near_pairs = arena_push(c->arena, int, c->due_room);
-        c->tight = arena_push(c->arena, int, c->due_room);
+    c->asked.advanced = false;
+    c->due.owner_count = collect(l->paths.flags, 0, l->group_pair_count, PATH_DUE, c->due.owners);
+    if (c->due.room < l->pair_room) {
+        c->due.room = l->pair_room;
+        c->due.pairs = arena_push(c->arena, DuePair, c->due.room);
+        c->due.near = arena_push(c->arena, int, c->due.room);
+        c->due.tight = arena_push(c->arena, int, c->due.room);
     }
-    parallel_for(c->due_owner_count, BLOCK_GRAIN, evaluate_chunk, c);
-    c->due_count = 0;
-    for (int k = 0; k < c->due_owner_count; k++) {
-        int owner = c->due_owners[k], begin = l->group_pairs[owner].begin;
-        for (int m = 0; m < c->near_counts[k]; m++) {
-            c->due_pairs[c->due_count++] = (DuePair){c->near_pairs[begin + m], owner};
+    parallel_for(c->due.owner_count, BLOCK_GRAIN, evaluate_chunk, c);
+    c->due.count = 0;
+    for (int k = 0; k < c->due.owner_count; k++) {
+        int owner = c->due.owners[k], begin = l->group_pairs[owner].begin;
+        for (int m = 0; m < c->due.near_counts[k]; m++) {
+            c->due.pairs[c->due.count++] = (DuePair){c->due.near[begin + m], owner};
         }
     }
-    c->statistics.evaluations += c->due_count;
+    c->statistics.evaluations += c->due.count;
     c->statistics.pairs += l->pair_count;
 }
 
@@ -216,10 +216,10 @@ static void search(Contact *c, double dt) {
     Points x = contact_positions(c);
     const PathRows *paths = &c->lists.paths;
     double start = clock_seconds();
-    lists_query(&c->lists, &x, c->wanted, c->wanted_count, dt);
-    c->foreseen = false;
-    for (int k = 0; k < c->wanted_count && c->advanced; k++) { /* answers of now */
-        int i = c->wanted[k];
+    lists_query(&c->lists, &x, c->asked.wanted, c->asked.count, dt);
+    c->asked.foreseen = false;
+    for (int k = 0; k < c->asked.count && c->asked.advanced; k++) { /* answers of now */
+        int i = c->asked.wanted[k];
         paths->flags[i] = paths->path[i] >= paths->earliest[i] ? PATH_DUE : 0;
     }
     c->statistics.search_seconds += clock_seconds() - start;
@@ -229,11 +229,11 @@ static void search(Contact *c, double dt) {
 
 static void remake(Contact *c, double dt) {
     Points x = contact_positions(c);
-    double fastest = 2.0 * c->fastest_relative * dt;
+    double fastest = 2.0 * c->groups.fastest_relative * dt;
     double least = c->def->distance * (1.0 + CONTACT_LEAST_SLACK) +
                    (CONTACT_NEAR_STEPS + CONTACT_SLACK_STEPS) * fastest;
     lists_remake(&c->lists, &x, least);
-    c->advanced = false;
+    c->asked.advanced = false;
     make_room(c);
 }
 
@@ -323,20 +323,20 @@ static bool is_active(Contact *c, int p, int *twin) {
     if (pair->kind == PAIR_FACE && pair->feature != 7) {
         int key[3];
         pair_twin_key(pair, key);
-        *twin = contact_find_twin(c, key, p);
+        *twin = twins_find(&c->twins, key, p);
     }
     return *twin < 0;
 }
 
 static void choose_pushing(Contact *c) {
-    contact_make_force_room(c, c->due_count);
-    contact_clear_twins(c, c->due_count);
-    for (int k = 0; k < c->due_count; k++) {
-        int twin, p = c->due_pairs[k].pair;
+    contact_make_force_room(c, c->due.count);
+    twins_clear(&c->twins, c->due.count, c->arena);
+    for (int k = 0; k < c->due.count; k++) {
+        int twin, p = c->due.pairs[k].pair;
         if (is_active(c, p, &twin)) {
-            c->pushing[c->pushing_count++] = p;
+            c->forces.pushing[c->forces.pushing_count++] = p;
         } else if (twin >= 0) {
-            c->followers[c->follower_count++] = (Follower){p, twin};
+            c->forces.followers[c->forces.follower_count++] = (Follower){p, twin};
         } else {
             c->lists.pairs[p].bristle = vec3(0, 0, 0);
         }
@@ -345,19 +345,20 @@ static void choose_pushing(Contact *c) {
 
 void self_find(Contact *c, double dt) {
     Lists *l = &c->lists;
-    if (!c->advanced) {
+    if (!c->asked.advanced) {
         advance(c, 0.0);
     }
-    if (c->wanted_count > 0) { /* few large searches share more than many small ones */
-        c->wanted_count = collect(l->paths.flags, 0, l->group_pair_count, PATH_SOON, c->wanted);
+    if (c->asked.count > 0) { /* few large searches share more than many small ones */
+        c->asked.count =
+            collect(l->paths.flags, 0, l->group_pair_count, PATH_SOON, c->asked.wanted);
         search(c, dt);
     } else {
         evaluate(c);
     }
-    for (int k = 0; k < c->due_count; k++) {
-        int ahead = k + FETCH_AHEAD < c->due_count ? k + FETCH_AHEAD : k;
-        contact_fetch(&l->pairs[c->due_pairs[ahead].pair]); /* another thread may have written it */
-        const Pair *pair = &l->pairs[c->due_pairs[k].pair];
+    for (int k = 0; k < c->due.count; k++) {
+        int ahead = k + FETCH_AHEAD < c->due.count ? k + FETCH_AHEAD : k;
+        contact_fetch(&l->pairs[c->due.pairs[ahead].pair]); /* another thread may have written it */
+        const Pair *pair = &l->pairs[c->due.pairs[k].pair];
         double *gap = pair_obstacle(c, pair) < 0 ? &c->statistics.smallest_self_gap
                                                  : &c->statistics.smallest_gap;
         *gap = min2(*gap, pair->distance);
@@ -365,7 +366,7 @@ void self_find(Contact *c, double dt) {
     }
 }
 
-/* Forces of c->pushing, some at a time. */
+/* Forces of c->forces.pushing, some at a time. */
 typedef struct ForceJob {
     Contact *c;
     double dt, share;
@@ -379,11 +380,11 @@ static void find_forces(int chunk, int first, int end, void *context) {
     const ForceJob *job = context;
     Contact *c = job->c;
     for (int k = first; k < end; k++) {
-        Pair *pair = &c->lists.pairs[c->pushing[job->begin + k]];
-        c->forces[k] = force_of(c, pair, job->dt, job->share);
+        Pair *pair = &c->lists.pairs[c->forces.pushing[job->begin + k]];
+        c->forces.found[k] = force_of(c, pair, job->dt, job->share);
         if (job->by_parts) {
-            memcpy(c->ends[k].place, pair->place, sizeof pair->place);
-            memcpy(c->ends[k].weight, pair->weight, sizeof pair->weight);
+            memcpy(c->forces.ends[k].place, pair->place, sizeof pair->place);
+            memcpy(c->forces.ends[k].weight, pair->weight, sizeof pair->weight);
         }
     }
 }
@@ -393,13 +394,13 @@ static void add_forces(int chunk, int first, int end, void *context) {
     ForceJob *job = context;
     Contact *c = job->c;
     for (int k = 0; k < job->count; k++) {
-        const ForceEnds *ends = &c->ends[k];
+        const ForceEnds *ends = &c->forces.ends[k];
         if (chunk == 0) {
-            contact_add_work(c, &c->forces[k], &job->work);
+            contact_add_work(c, &c->forces.found[k], &job->work);
         }
         for (int a = 0; a < 4; a++) {
             if (ends->place[a] >= first && ends->place[a] < end && ends->weight[a] != 0.0) {
-                contact_push(c, ends->place[a], ends->weight[a], &c->forces[k]);
+                contact_push(c, ends->place[a], ends->weight[a], &c->forces.found[k]);
             }
         }
     }
@@ -408,9 +409,9 @@ static void add_forces(int chunk, int first, int end, void *context) {
 /* Every vertex gets its forces in the order of the pairs. One thread adds a few while they are in its cache. */
 static void push_all(Contact *c, ForceJob *job) {
     int n = c->def->vertex_count, threads = parallel_threads();
-    job->by_parts = threads > 1 && c->pushing_count > PART_LEAST;
-    for (; job->begin < c->pushing_count; job->begin += job->count) {
-        int left = c->pushing_count - job->begin;
+    job->by_parts = threads > 1 && c->forces.pushing_count > PART_LEAST;
+    for (; job->begin < c->forces.pushing_count; job->begin += job->count) {
+        int left = c->forces.pushing_count - job->begin;
         job->count = job->by_parts || left < FORCE_BLOCK ? left : FORCE_BLOCK;
         parallel_for(job->count, FORCE_GRAIN, find_forces, job);
         if (job->by_parts) {
@@ -418,8 +419,8 @@ static void push_all(Contact *c, ForceJob *job) {
             continue;
         }
         for (int k = 0; k < job->count; k++) {
-            const Pair *pair = &c->lists.pairs[c->pushing[job->begin + k]];
-            contact_apply(c, &c->forces[k], 4, pair->place, pair->weight, &job->work);
+            const Pair *pair = &c->lists.pairs[c->forces.pushing[job->begin + k]];
+            contact_apply(c, &c->forces.found[k], 4, pair->place, pair->weight, &job->work);
         }
     }
 }
@@ -431,20 +432,20 @@ void self_forces(Contact *c, double dt, double share) {
     ForceJob job = {.c = c, .dt = dt, .share = share};
     push_all(c, &job);
     contact_note_work(c, &job.work);
-    c->some_touched = c->some_touched || c->pushing_count > 0;
-    for (int k = 0; k < c->follower_count; k++) { /* whichever is first after a search */
-        pairs[c->followers[k].second].bristle = pairs[c->followers[k].first].bristle;
+    c->some_touched = c->some_touched || c->forces.pushing_count > 0;
+    for (int k = 0; k < c->forces.follower_count; k++) { /* whichever is first after a search */
+        pairs[c->forces.followers[k].second].bristle = pairs[c->forces.followers[k].first].bristle;
     }
 }
 
 double self_energy(Contact *c, double dt) {
     double energy = 0.0;
-    contact_clear_twins(c, c->due_count);
-    for (int k = 0; k < c->due_count; k++) {
-        const Pair *pair = &c->lists.pairs[c->due_pairs[k].pair];
+    twins_clear(&c->twins, c->due.count, c->arena);
+    for (int k = 0; k < c->due.count; k++) {
+        const Pair *pair = &c->lists.pairs[c->due.pairs[k].pair];
         double force, curvature;
         int twin;
-        if (is_active(c, c->due_pairs[k].pair, &twin)) {
+        if (is_active(c, c->due.pairs[k].pair, &twin)) {
             energy += contact_law(pair->distance, pair->dhat, pair_stiffness(c, pair, dt), &force,
                                   &curvature);
         }
@@ -457,16 +458,16 @@ double self_energy(Contact *c, double dt) {
 /* with the velocities after the kick */
 void self_refresh(Contact *c, double dt) {
     Lists *l = &c->lists;
-    double step = 2.0 * c->fastest_relative * dt;
+    double step = 2.0 * c->groups.fastest_relative * dt;
     bool remade = l->spent + step > l->reach - l->widest;
     if (remade) {
         remake(c, dt);
     }
     ask_all(c, OUTGROWN, dt);
-    if (c->wanted_count > 0 || remade) {
+    if (c->asked.count > 0 || remade) {
         search(c, dt);
     }
-    c->level_step = step;
+    c->asked.level_step = step;
 }
 
 static void pair_impulse(Contact *c, const Pair *pair, double dt) {
@@ -480,19 +481,19 @@ static void pair_impulse(Contact *c, const Pair *pair, double dt) {
 void self_impulses(Contact *c, double dt) {
     const Lists *l = &c->lists;
     int count = 0;
-    for (int k = 0; k < c->due_count; k++) {
-        const Pair *pair = &l->pairs[c->due_pairs[k].pair];
-        double motion = CONTACT_IMPULSE_RESERVE * dt * l->paths.speed[c->due_pairs[k].owner];
+    for (int k = 0; k < c->due.count; k++) {
+        const Pair *pair = &l->pairs[c->due.pairs[k].pair];
+        double motion = CONTACT_IMPULSE_RESERVE * dt * l->paths.speed[c->due.pairs[k].owner];
         if (pair->distance - CONTACT_IMPULSE_GAP * pair->dhat < motion) {
-            c->tight[count++] = c->due_pairs[k].pair;
+            c->due.tight[count++] = c->due.pairs[k].pair;
         }
     }
     double before = c->statistics.impulses;
     for (int k = 0; k < count; k++) {
-        pair_impulse(c, &l->pairs[c->tight[k]], dt);
+        pair_impulse(c, &l->pairs[c->due.tight[k]], dt);
     }
     for (int k = count - 1; k >= 0; k--) {
-        pair_impulse(c, &l->pairs[c->tight[k]], dt);
+        pair_impulse(c, &l->pairs[c->due.tight[k]], dt);
     }
     c->at_cloth.impulses += c->statistics.impulses - before;
 }
@@ -533,11 +534,12 @@ static void pair_shorten(Contact *c, const Points *x, const Pair *pair, double d
 
 void self_shorten(Contact *c, double dt) {
     Points x = contact_positions(c);
-    for (int k = 0; k < c->due_count; k++) {
-        PathEnds owner = c->lists.paths.ends[c->due_pairs[k].owner];
-        const Pair *pair = &c->lists.pairs[c->due_pairs[k].pair];
+    for (int k = 0; k < c->due.count; k++) {
+        PathEnds owner = c->lists.paths.ends[c->due.pairs[k].owner];
+        const Pair *pair = &c->lists.pairs[c->due.pairs[k].pair];
         double least = 0.5 * pair->distance - CONTACT_PLANE_FLOOR * pair->dhat;
-        double motion = dt * max2(c->motion[owner.a].fastest, c->motion[owner.b].fastest);
+        double motion =
+            dt * max2(c->groups.motion[owner.a].fastest, c->groups.motion[owner.b].fastest);
         if (motion > CONTACT_PLANE_SHARE * least) { /* no vertex is nearer to the plane */
             if (pair_obstacle(c, pair) < 0) {
                 pair_shorten(c, &x, pair, dt);
@@ -549,9 +551,9 @@ void self_shorten(Contact *c, double dt) {
 }
 
 bool self_check(Contact *c, double dt) {
-    c->level_step = max2(c->level_step, 2.0 * c->fastest_relative * dt);
+    c->asked.level_step = max2(c->asked.level_step, 2.0 * c->groups.fastest_relative * dt);
     ask_all(c, OUTRUN, dt);
-    bool again = c->wanted_count > 0;
+    bool again = c->asked.count > 0;
     if (again) {
         search(c, dt);
     }
@@ -559,7 +561,7 @@ bool self_check(Contact *c, double dt) {
 }
 
 ParallelLoop self_advance_loop(Contact *c) {
-    c->lists.spent += c->level_step;
+    c->lists.spent += c->asked.level_step;
     return advance_loop(c, c->step);
 }
 

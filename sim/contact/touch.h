@@ -101,6 +101,49 @@ typedef struct Frame {
     Vec3 origin, axis[3];
 } Frame;
 
+/* All that is listed of cloth at solids. Groups of cloth at obstacles: group g at obstacle o is number
+ * g x obstacle_count + o, its *owner*. */
+typedef struct Touches {
+    GroupTouch *groups;    /* (owners) */
+    Touch *list;           /* (end) in blocks of groups, which are not full */
+    double *due;           /* [m] (end) path of the group at which it must be looked at */
+    int *looked;           /* (room) triangles of each group from its `begin` on */
+    int *near;             /* (room) likewise: touches that are near */
+    int count, end, room;  /* count: of all groups */
+    VertexDistance *known; /* (vertex_count x obstacle_count) */
+    SideTouch *sides;      /* (side_count: edges of cloth x obstacle_count) where a solid is */
+    int side_count;
+} Touches;
+
+/* The last look at them. */
+typedef struct TouchLook {
+    bool asked;                 /* due and spent groups are known for the paths of now */
+    int *groups;                /* (group_count) owners with touches to be looked at */
+    int *spent;                 /* owners that want to be searched */
+    int *counts, *spent_counts; /* of chunks of owners */
+    LookSum *sums;              /* of chunks of groups */
+    int *touches; /* (touch_count) that are near; listed where impulses or motions ask */
+    int group_count, touch_count;
+} TouchLook;
+
+/* [m] how far friction at solids is stretched; those of faces are in the touches. */
+typedef struct SolidBristles {
+    double *vertices;   /* (vertex_count x obstacle_count x 3) */
+    Vec3 *sides;        /* (side_count) */
+    bool sides_rub;     /* does any of them have one? */
+    PairMemory *memory; /* (memory_count) of sides and faces, from the last interval */
+    int memory_count;
+} SolidBristles;
+
+/* Where the programmes of obstacles stand and lead. */
+typedef struct Programmes {
+    bool some;           /* does any obstacle have one? */
+    double *clocks;      /* [s] (obstacle_count) now */
+    double *next_clocks; /* [s] demanded at the end of the step */
+    Pose *next;          /* (obstacle_count) likewise */
+    double *mesh_target; /* [m] (places of meshes x 3) likewise */
+} Programmes;
+
 static inline int touch_corners(const Touch *touch) { return touch->place[1] < 0 ? 1 : 3; }
 
 /* obstacle_distance.c: distance, normal, feature of a touch at the positions of now. A vertex is known

@@ -23,6 +23,22 @@ typedef struct ForceEnds {
     double weight[4];
 } ForceEnds;
 
+/* Of two pairs that stand for one contact, the second follows the bristle of the first. */
+typedef struct Follower {
+    int second, first;
+} Follower;
+
+/* Forces of one kind of contact at a time, of pairs or of touches; a growing room. */
+typedef struct Forces {
+    int *pushing; /* (pushing_count) those that push: pairs, or touches and sides (obstacle.c) */
+    int pushing_count, room;
+    ContactForce *found; /* (room) of those, or of a part of them */
+    ForceEnds *ends;     /* (room) of pairs, where threads share the vertices */
+    int *left;           /* (room) of touches: those that are added after the others */
+    Follower *followers; /* (follower_count) pairs of this step */
+    int follower_count;
+} Forces;
+
 /* A vertex is not touched; it has a Push; its force, the only one, is in the lanes. */
 enum { UNTOUCHED = 0, TOUCHED = 1, TOUCHED_ALONE = 2 };
 
