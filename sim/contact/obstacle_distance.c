@@ -1,8 +1,7 @@
 /* obstacle_distance.c: how far a vertex or a triangle is from a convex solid.
  *
  * Vertices meet the signed distance; sides and faces of triangles meet edges, corners and curved sides where
- * their nearest point lies inside. Each near triangle has a plane that parts it
- * from the whole solid. */
+ * their nearest point lies inside. Each near triangle has a plane that parts it from the whole solid. */
 #include <math.h>
 #include <string.h>
 

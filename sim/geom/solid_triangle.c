@@ -151,11 +151,15 @@ static Vec3 point_of(const double w[3], const Vec3 x[3]) {
                     vec3_scale(w[2], x[2]));
 }
 
+static int nearest_corner(const double distance[3]) {
+    int low = distance[0] <= distance[1] ? 0 : 1;
+    return distance[2] < distance[low] ? 2 : low;
+}
+
 /* the nearest corner, or the nearest point of a side */
 static SolidNearest nearest_on_sides(const Solid *solid, const Vec3 x[3], const double distance[3],
                                      const Vec3 normal[3]) {
-    int low = distance[0] <= distance[1] ? 0 : 1;
-    low = distance[2] < distance[low] ? 2 : low;
+    int low = nearest_corner(distance);
     SolidNearest best = {
         .feature = 1 << low, .point = x[low], .normal = normal[low], .distance = distance[low]};
     best.weight[low] = 1.0;
@@ -204,8 +208,7 @@ static void take_point(const Solid *ball, SolidNearest *best, Vec3 p, double len
 /* the same at a sphere: what is nearest to its middle. Products of corners decide, without roots. */
 static SolidNearest nearest_on_sphere(const Solid *ball, const Vec3 x[3],
                                       const double distance[3]) {
-    int low = distance[0] <= distance[1] ? 0 : 1;
-    low = distance[2] < distance[low] ? 2 : low;
+    int low = nearest_corner(distance);
     SolidNearest best = {0};
     best.weight[low] = 1.0;
     take_point(ball, &best, x[low], distance[low] + ball->radius, 1 << low);
