@@ -12,6 +12,7 @@
 #include "sim/base/text.h"
 #include "sim/plan.h"
 #include "sim/scene/mesh_import.h"
+#include "sim/summary.h"
 #include "sim/tester.h"
 
 #define BREAKING_STRETCH 0.3
@@ -294,7 +295,7 @@ static int finish_run(Sim *sim, const char *scene_path, const Arguments *a, bool
                       const Error *error) {
     if (ok) {
         if (!a->quiet || a->json) {
-            plan_print_summary(sim, a->json ? stdout : stderr, a->json);
+            summary_print(sim, a->json ? stdout : stderr, a->json);
         }
         return EXIT_OK;
     }
@@ -338,6 +339,10 @@ static int run_sim(const char *scene_path, const Arguments *a) {
     char *path = arena_alloc(&arena, strlen(a->output) + sizeof "/run.states");
     sprintf(path, "%s/run.states", a->output);
     int frames = scene.film.frame_count;
+    if (a->frames > frames && !a->quiet) {
+        fprintf(stderr, "sim: --frames %d: the film has only %d, and all of them are made\n",
+                a->frames, frames);
+    }
     frames = a->frames > 0 && a->frames < frames ? a->frames : frames;
     StateWriter *writer = NULL;
     Opened opened = error.code ? OPENED_ERROR : open_run(sim, path, frames, a, &writer, &error);

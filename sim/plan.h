@@ -6,7 +6,4 @@
 
 void plan_print(const Sim *sim, FILE *out, bool json);
 
-/* After a run: what happened, one line a fact. */
-void plan_print_summary(const Sim *sim, FILE *out, bool json);
-
 #endif

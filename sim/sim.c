@@ -91,6 +91,7 @@ static void measure_energies(Sim *sim) {
 }
 
 static void add_up(Statistics *total, const Statistics *frame) {
+    total->asleep += frame->asleep;
     total->steps += frame->steps;
     total->retries += frame->retries;
     total->newton_iterations += frame->newton_iterations;

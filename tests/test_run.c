@@ -147,10 +147,9 @@ static void test_foreign_run(void **unused) {
     assert_int_equal(system(command), 0);
 }
 
-/* pulled farther than cloth can be: said once, with time, cloth and stretch */
-static void test_overstretched(void **unused) {
-    (void)unused;
-    char command[9000], text[4000];
+/* a strip that is pulled by 7 cm; what the program says */
+static void run_pulled(const char *options, char *text, int room) {
+    char command[9000];
     write_text("pulled.yaml",
                "toile: 1\nfilm: {rate: 30, seconds: 1}\ncloth:\n  strip:\n"
                "    shape: {rectangle: {width: 20 cm, height: 8 cm}}\n"
@@ -159,12 +158,49 @@ static void test_overstretched(void **unused) {
                "handles:\n  - {hold: strip.left}\n  - {hold: strip.right, move: "
                "{by: [7 cm, 0, 0], from: 0 s, to: 1 s}}\ngravity: 0 m/s2\n"
                "solver: {stepper: central}\n");
-    snprintf(command, sizeof command, "%s sim %s/pulled.yaml -o %s/pulled --progress none 2>&1",
-             program, folder, folder);
-    assert_int_equal(shell_run(command, text, sizeof text), EXIT_OK);
+    snprintf(command, sizeof command, "%s sim %s/pulled.yaml -o %s/pulled --force %s", program,
+             folder, folder, options);
+    assert_int_equal(shell_run(command, text, (size_t)room), EXIT_OK);
+}
+
+/* pulled farther than cloth can be: said once, with time, cloth and stretch */
+static void test_overstretched(void **unused) {
+    (void)unused;
+    char text[4000];
+    run_pulled("--progress none 2>&1", text, sizeof text);
     const char *said = strstr(text, "cloth 'strip' is stretched by 3");
     assert_non_null(said);
     assert_null(strstr(said + 1, "cloth 'strip'"));
+}
+
+/* what happened, whether it can be trusted, what it cost */
+static void test_summary(void **unused) {
+    (void)unused;
+    char text[4000];
+    run_pulled("--progress none 2>&1", text, sizeof text);
+    assert_non_null(strstr(text, "sim: 30 frames, to t = 0.9667 s, in "));
+    assert_non_null(strstr(text, " steps by 'central', the last of "));
+    assert_non_null(strstr(text, "sim: nothing crossed; least gap of cloth to cloth over 1 mm"));
+    assert_non_null(strstr(text, "sim: stretched along its threads by up to 3"));
+    assert_non_null(strstr(text, "sim: energy gained from handles "));
+    run_pulled("--quiet 2>&1", text, sizeof text);
+    assert_string_equal(text, "");
+    run_pulled("--quiet --json | python3 -c 'import json, sys; r = json.load(sys.stdin); "
+               "print(r[\"frames\"], r[\"quality\"][\"smallest_gap_m\"], "
+               "r[\"energy_j\"][\"handles\"] > 0)'",
+               text, sizeof text);
+    assert_string_equal(text, "30 None True\n");
+}
+
+/* more frames than the film has are not promised in silence */
+static void test_frames_beyond(void **unused) {
+    (void)unused;
+    char text[4000];
+    run_pulled("--progress none --frames 31 2>&1", text, sizeof text);
+    assert_non_null(
+        strstr(text, "sim: --frames 31: the film has only 30, and all of them are made\n"));
+    run_pulled("--progress none --frames 30 2>&1", text, sizeof text);
+    assert_null(strstr(text, "has only"));
 }
 
 int main(int argc, char **argv) {
@@ -179,10 +215,9 @@ int main(int argc, char **argv) {
     setenv("OMP_WAIT_POLICY", "passive", 1);
     write_text("scene.yaml", scene_text);
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_kill_and_resume),
-        cmocka_unit_test(test_interrupt),
-        cmocka_unit_test(test_foreign_run),
-        cmocka_unit_test(test_overstretched),
+        cmocka_unit_test(test_kill_and_resume), cmocka_unit_test(test_interrupt),
+        cmocka_unit_test(test_foreign_run),     cmocka_unit_test(test_overstretched),
+        cmocka_unit_test(test_summary),         cmocka_unit_test(test_frames_beyond),
     };
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
     char command[4200];
