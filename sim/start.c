@@ -60,9 +60,8 @@ static bool check_obstacles(const System *system, const State *state, const Cros
 }
 
 /* refuses cloth that crosses cloth and could not be pulled apart */
-static bool check_cloth(const System *system, const CrossingMesh *cloth, Arena *scratch,
+static bool check_cloth(const System *system, const CrossingMesh *cloth, Crossings crossings,
                         Error *error) {
-    Crossings crossings = crossing_count_self(cloth, scratch);
     if (crossings.count == 0) {
         return true;
     }
@@ -120,13 +119,16 @@ static bool check_depth(const System *system, const Deepest *deepest, const Push
         spot.where, spot.cloth, spot.material[0], spot.material[1], 1e3 * most);
 }
 
-/* cloth that crosses cloth is pulled apart, as far as that goes */
+static Crossings count_crossings(const System *system, const double *x, Arena *scratch) {
+    CrossingMesh cloth = system_mesh(system, x, scratch);
+    return system->contact.self ? crossing_count_self(&cloth, scratch)
+                                : (Crossings){0, {-1, -1}};
+}
+
+/* Cloth that crosses cloth is pulled apart, as far as that goes; returns the vertices moved. */
 static int untangle_cloth(const System *system, const unsigned char *held, double *x,
                           Arena *scratch) {
     CrossingMesh cloth = system_mesh(system, x, scratch);
-    if (!system->contact.self || crossing_count_self(&cloth, scratch).count == 0) {
-        return 0;
-    }
     double distance = system->contact.distance;
     Untangled result =
         untangle(&cloth, held, UNTANGLED * distance, MOST_DEPTH * distance, x, scratch);
@@ -141,18 +143,21 @@ bool start_make_legal(const System *system, State *state, StartMoves *moves, Err
     PushOut out = push_out(&system->contact, state->contact.poses, held, state->x);
     moves->pushed_out = out.moved;
     moves->untangled = 0;
-    for (int k = 0, moved = 1; k < MOST_TURNS && moved > 0; k++) { /* one may undo the other */
-        moved = untangle_cloth(system, held, state->x, &scratch);
-        moves->untangled = moved > moves->untangled ? moved : moves->untangled;
-        if (moved > 0) {
-            PushOut again = push_out(&system->contact, state->contact.poses, held, state->x);
-            out = again.way > out.way ? again : out;
+    Crossings crossings = count_crossings(system, state->x, &scratch);
+    for (int k = 0; k < MOST_TURNS && crossings.count > 0; k++) { /* one may undo the other */
+        int moved = untangle_cloth(system, held, state->x, &scratch);
+        if (moved == 0) {
+            break;
         }
+        moves->untangled = moved > moves->untangled ? moved : moves->untangled;
+        PushOut again = push_out(&system->contact, state->contact.poses, held, state->x);
+        out = again.way > out.way ? again : out;
+        crossings = count_crossings(system, state->x, &scratch);
     }
     CrossingMesh cloth = system_mesh(system, state->x, &scratch);
     bool ok = check_depth(system, &deepest, &out, error) &&
               check_obstacles(system, state, &cloth, &scratch, error) &&
-              (!system->contact.self || check_cloth(system, &cloth, &scratch, error));
+              check_cloth(system, &cloth, crossings, error);
     arena_free(&scratch);
     return ok;
 }
