@@ -39,7 +39,8 @@ static void make_edges(Surface *s, int *edge_of, Side *sides, Arena *arena) {
     }
 }
 
-/* partner of every triangle, -1: alone. Lattices come in pairs; others pair greedily. */
+/* Partner of every triangle, -1: alone. Those of a lattice come in pairs from its first one on; others pair
+ * greedily. */
 static void pair_triangles(const Surface *s, const int *edge_of, int *partner, Arena *arena) {
     int *holder = arena_push(arena, int, s->edge_count); /* 1 + unpaired triangle at the edge */
     int at = 0;
@@ -48,7 +49,7 @@ static void pair_triangles(const Surface *s, const int *edge_of, int *partner, A
         for (int t = at; t < end; t++) {
             bool lattice = s->panels[p].nu > 0;
             if (lattice) {
-                partner[t] = t ^ 1;
+                partner[t] = at + ((t - at) ^ 1);
                 continue;
             }
             partner[t] = -1;
