@@ -7,6 +7,7 @@
 #include "sim/base/hash.h"
 #include "sim/base/parallel.h"
 #include "sim/layout.h"
+#include "sim/reach.h"
 
 SimOptions sim_options_default(void) { return (SimOptions){.threads = 1}; }
 
@@ -25,7 +26,8 @@ static bool give_up(Sim *sim) {
 bool sim_create(Sim *sim, const Scene *scene, const SimOptions *options, Error *error) {
     *sim = (Sim){.scene = scene, .options = *options, .hash = run_hash(scene, options)};
     parallel_set_threads(options->threads);
-    if (!system_create(&sim->system, scene, options->seed, &sim->arena, error)) {
+    if (!system_create(&sim->system, scene, options->seed, &sim->arena, error) ||
+        !reach_check(&sim->system, error)) {
         sim_destroy(sim);
         return false;
     }

@@ -1,6 +1,6 @@
 /* Scenes at the ends of what the language allows: three nodes a side, cloth of a millimetre and of a hundred
  * metres, friction of 0 and of 10, a frame a second and a thousand. A sheet falls on a ball: every number stays
- * finite, and nothing crosses. */
+ * finite, and nothing crosses. Handles that pull cloth to more than ten times its length are refused. */
 #include <string.h>
 
 #include "tests/support/check.h"
@@ -108,11 +108,67 @@ static void test_friction_rate_and_distance(void **unused) {
     run(&thin, "mlpg");
 }
 
+/* what sim_create says about two handles on 20 cm of cloth; "": nothing is wrong */
+static void create_pulled(const char *shape, const char *held, const char *pulled,
+                          const char *motion, Error *error) {
+    char text[1024];
+    snprintf(text, sizeof text,
+             "toile: 1\nfilm: {rate: 30, seconds: 1}\ncloth:\n  sheet:\n    shape: {%s}\n"
+             "    fabric: {weight: 160 g/m2}\n    %s\nhandles:\n  - {hold: %s}\n"
+             "  - {hold: %s, %s}\n",
+             shape, strstr(shape, "disc") ? "spacing: 2 cm" : "nodes: 11 x 11", held, pulled,
+             motion);
+    Arena arena = {0};
+    Scene scene;
+    Sim sim;
+    SimOptions options = sim_options_default();
+    *error = (Error){0};
+    if (!scene_parse("play", text, strlen(text), NULL, &arena, &scene, error)) {
+        fail_msg("%s", error->text);
+    }
+    if (sim_create(&sim, &scene, &options, error)) {
+        sim_destroy(&sim);
+    }
+    arena_free(&arena);
+}
+
+/* handles that ask for more than cloth can be are refused at once, at their place */
+static void test_pulled_apart(void **unused) {
+    (void)unused;
+    static const char square[] = "rectangle: {width: 20 cm, height: 20 cm}",
+                      sleeve[] = "sleeve: {radius: 5 cm, length: 20 cm}",
+                      disc[] = "disc: {radius: 10 cm}",
+                      fast[] = "move: {by: [100 m, 0, 0], to: 0.1 s}";
+    Error error;
+    create_pulled(square, "sheet.left", "sheet.right", fast, &error);
+    assert_int_equal(error.code, EXIT_BAD_INPUT);
+    assert_string_equal(error.text,
+                        "play:10:12: error: at t = 0.03333 s handles hold cloth 'sheet' at two "
+                        "nodes that are 21.2 m apart, with 0.2 m of cloth between them: no cloth "
+                        "stretches so far");
+    create_pulled(sleeve, "sheet.start", "sheet.end", fast, &error);
+    assert_non_null(strstr(error.text, "with 0.2 m of cloth between"));
+    create_pulled(disc, "sheet, nearest: [-10 cm, 0]", "sheet, nearest: [10 cm, 0]", fast, &error);
+    assert_non_null(strstr(error.text, "play:10:12: error: at t = 0.03333 s handles hold"));
+    create_pulled(square, "sheet.left", "sheet.right", "move: {by: [1.9 m, 0, 0], to: 0.9 s}",
+                  &error);
+    assert_int_equal(error.code, EXIT_BAD_INPUT);
+    create_pulled(square, "sheet.left", "sheet.right", "move: {by: [1.7 m, 0, 0], to: 0.9 s}",
+                  &error);
+    assert_string_equal(error.text, "");
+    create_pulled(square, "sheet.left, release: 0.01 s", "sheet.right", fast, &error);
+    assert_string_equal(error.text, "");
+    create_pulled(square, "sheet.left", "sheet.right", "turn: {axis: y, by: 900 deg, to: 0.9 s}",
+                  &error);
+    assert_string_equal(error.text, "");
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_few_nodes),
         cmocka_unit_test(test_sizes),
         cmocka_unit_test(test_friction_rate_and_distance),
+        cmocka_unit_test(test_pulled_apart),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

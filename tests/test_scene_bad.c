@@ -182,7 +182,7 @@ static const BadFile bad_files[] = {
     {"handle-turn-nothing", EXIT_BAD_INPUT,
      "handle-turn-nothing.yaml:7:29: error: a turn needs 'by' (an angle) or 'rate'"},
     {"handle-twice", EXIT_BAD_INPUT,
-     "handle-twice.yaml:8:12: error: these nodes are held already, in line 7"},
+     "handle-twice.yaml:8:12: error: these nodes are held already, at "},
     {"handles-map", EXIT_BAD_INPUT,
      "handles-map.yaml:6:10: error: 'handles' wants a list such as - {hold:"},
     {"include-broken", EXIT_BAD_INPUT, "tab.yaml:3:1: error: a tab cannot indent YAML; use spaces"},

@@ -138,11 +138,11 @@ typedef struct HandleDef {
     HandleKind kind;
     int cloth; /* index into Scene.cloths */
     RegionKind region;
-    double point[2]; /* [m] (u, v) */
-    double radius;   /* [m] */
-    Motion motion;   /* of the held nodes, from where they start; identity at t = 0 */
-    double release;  /* [s] when the nodes are let go; INFINITY */
-    int line;        /* of the scene file, for messages; 0 */
+    double point[2];   /* [m] (u, v) */
+    double radius;     /* [m] */
+    Motion motion;     /* of the held nodes, from where they start; identity at t = 0 */
+    double release;    /* [s] when the nodes are let go; INFINITY */
+    const char *where; /* "FILE:LINE:COLUMN", for messages; NULL */
 } HandleDef;
 
 typedef struct ObstacleDef {

@@ -211,8 +211,7 @@ static bool check_twice(Reader *reader, const Yaml *value, const HandleDef *hand
         if (other->cloth == handle->cloth && other->region == handle->region &&
             other->point[0] == handle->point[0] && other->point[1] == handle->point[1] &&
             other->radius == handle->radius) {
-            return schema_error(reader, value, "these nodes are held already, in line %d",
-                                other->line);
+            return schema_error(reader, value, "these nodes are held already, at %s", other->where);
         }
     }
     return true;
@@ -235,7 +234,7 @@ static bool read_handle(Reader *reader, const Yaml *map, const HandleKeys *keys,
     *handle = handle_default();
     handle->kind = keys->hold ? HANDLE_HOLD : HANDLE_CLAMP;
     handle->release = keys->release;
-    handle->line = value->place.line;
+    handle->where = report_where(reader->report, value->place);
     if (!read_target(reader, keys, value, handle)) {
         return false;
     }

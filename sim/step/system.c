@@ -178,18 +178,20 @@ static int add_ghosts(const Cloth *cloth, const HandleDef *def, const unsigned c
 static bool create_handle(System *system, const HandleDef *def, const double *start, Handle *handle,
                           Error *error) {
     const Cloth *cloth = &system->cloths[def->cloth];
+    const char *where = def->where ? def->where : system->scene->path;
     int first = system->first[def->cloth];
     ArenaMark mark = arena_mark(system->arena);
     unsigned char *marks = arena_push(system->arena, unsigned char, cloth->node_count);
     int count = panel_select(&cloth->panel, def, marks);
     if (count == 0) {
         arena_rewind(system->arena, mark);
-        return error_set(error, EXIT_BAD_INPUT, "%s:%d: this handle holds no node of cloth '%s'",
-                         system->scene->path, def->line, cloth->def->name);
+        return error_set(error, EXIT_BAD_INPUT,
+                         "%s: error: this handle holds no node of cloth '%s'", where,
+                         cloth->def->name);
     }
     if (def->kind == HANDLE_CLAMP && isfinite(def->release)) {
-        return error_set(error, EXIT_BAD_INPUT, "%s:%d: a clamp cannot be released; use 'hold'",
-                         system->scene->path, def->line);
+        return error_set(error, EXIT_BAD_INPUT, "%s: error: a clamp cannot be released; use 'hold'",
+                         where);
     }
     int *places = arena_push(system->arena, int, count + cloth->ghost_count);
     int at = 0;
