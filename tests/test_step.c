@@ -10,51 +10,7 @@
 #include "tests/support/check.h"
 #include "tests/support/cloths.h"
 #include "tests/support/play.h"
-#include "tests/support/strips.h"
-
-typedef struct Run {
-    Bench bench;
-    const Stepper *stepper;
-    void *data;
-    State state;
-    unsigned char *held;
-    Statistics statistics;
-} Run;
-
-static void run_start(Run *r, const char *stepper, double step) {
-    Error error = {0};
-    r->bench.scene.solver.stepper = stepper;
-    r->bench.scene.solver.step = step;
-    r->stepper = stepper_find(stepper);
-    if (!r->stepper->create(&r->bench.system, &r->data, &error)) {
-        fail_msg("%s", error.text);
-    }
-    r->state = state_allocate(&r->bench.system, &r->bench.arena);
-    r->held = arena_push(&r->bench.arena, unsigned char, r->bench.system.place_count);
-    state_start(&r->bench.system, &r->state);
-    system_mark_held(&r->bench.system, 0.0, r->held);
-    r->statistics.smallest_gap = INFINITY;
-}
-
-static void run_to(Run *r, double time) {
-    Error error = {0};
-    if (!r->stepper->advance(&r->bench.system, r->data, &r->state, time, &r->statistics, &error)) {
-        fail_msg("%s: %s", r->stepper->name, error.text);
-    }
-}
-
-static void run_end(Run *r) {
-    if (r->stepper->destroy) {
-        r->stepper->destroy(r->data);
-    }
-    arena_free(&r->bench.arena);
-}
-
-static double total_energy(const Run *r) {
-    const System *s = &r->bench.system;
-    return system_kinetic_energy(s, r->state.v, r->held) + system_elastic_energy(s, r->state.x) +
-           system_gravity_energy(s, r->state.x, r->held) + r->state.hidden;
-}
+#include "tests/support/run.h"
 
 /* Undamped swings. Held by two corners, the explicit cloth keeps its energy; where the sides
  * there are bounded, within what the bound stores and takes (sides.h). Three implicit
@@ -65,19 +21,19 @@ static void test_energy(void **unused) {
         Run r = {0};
         swing_make(&r.bench, 26, bounded ? SIDES_BOUNDED : SIDES_FREE);
         run_start(&r, "central", 0.0);
-        double start = total_energy(&r), least = 0.0, most = 0.0;
+        double start = run_energy(&r), least = 0.0, most = 0.0;
         /* what the swing turns over: the fall of the sheet's centre */
         double scale = 0.5 * r.bench.system.weight;
         for (int f = 1; f <= 60; f++) {
             run_to(&r, f / 30.0);
-            double change = (total_energy(&r) - start) / scale;
+            double change = (run_energy(&r) - start) / scale;
             least = fmin(least, change), most = fmax(most, change);
         }
         CHECK_AT_MOST(most, bounded ? 1e-3 : 1e-4);
         CHECK_AT_MOST(-least, bounded ? 2e-3 : 1e-4);
         if (!bounded) {
             run_to(&r, 20.0);
-            CHECK_AT_MOST(fabs(total_energy(&r) - start), 3e-3); /* [J] */
+            CHECK_AT_MOST(fabs(run_energy(&r) - start), 3e-3); /* [J] */
         }
         run_end(&r);
     }
@@ -86,10 +42,10 @@ static void test_energy(void **unused) {
     swing_make(&r.bench, 26, SIDES_FREE);
     r.bench.scene.solver.newton_iterations = 3;
     run_start(&r, "bdf2", 1.0 / 60);
-    double start = total_energy(&r), rise = -INFINITY, scale = 0.5 * r.bench.system.weight;
+    double start = run_energy(&r), rise = -INFINITY, scale = 0.5 * r.bench.system.weight;
     for (int f = 1; f <= 30; f++) {
         run_to(&r, f / 30.0);
-        rise = fmax(rise, (total_energy(&r) - start) / scale);
+        rise = fmax(rise, (run_energy(&r) - start) / scale);
     }
     CHECK_AT_MOST(rise, 0.0);
     run_end(&r);
@@ -114,7 +70,7 @@ static void test_membrane_damping(void **unused) {
         for (int i = 0; i < r.bench.system.node_count; i++) {
             r.state.v[3 * i] = 1e-3 * cos(pi * wave * (i % (cells + 1)) / cells);
         }
-        double start = total_energy(&r), c = sqrt(1e3 / 0.15);
+        double start = run_energy(&r), c = sqrt(1e3 / 0.15);
         double omega = 2.0 * c * cells / 0.4 * sin(0.5 * pi * wave / cells);
         run_to(&r, time);
         SweepLattice lattice = *cloth->lattice;
@@ -122,7 +78,7 @@ static void test_membrane_damping(void **unused) {
         double tau =
             lead_time(sweep_fastest(&lattice, 0.15).membrane, wished[k], r.statistics.step_length);
         assert_true(k == 0 ? tau == wished[k] : tau < wished[k]);
-        CHECK_NEAR(total_energy(&r) / start, exp(-tau * omega * omega * time), 0.01);
+        CHECK_NEAR(run_energy(&r) / start, exp(-tau * omega * omega * time), 0.01);
         run_end(&r);
     }
 }
@@ -147,9 +103,9 @@ static double kept_by_bending(const char *model, bool scattered, double damping)
         r.state.v[3 * i + 2] = 1e-3 * cos(pi * wave * (r.state.x[3 * i] / 0.4 + 0.5));
     }
     run_to(&r, 1e-3); /* as short waves have more inertia than their masses (inertia.h) */
-    double start = total_energy(&r);
+    double start = run_energy(&r);
     run_to(&r, 0.2);
-    double kept = total_energy(&r) / start;
+    double kept = run_energy(&r) / start;
     run_end(&r);
     return kept;
 }

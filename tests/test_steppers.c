@@ -8,7 +8,7 @@
 #include "tests/support/check.h"
 #include "tests/support/cloths.h"
 #include "tests/support/play.h"
-#include "tests/support/strips.h"
+#include "tests/support/run.h"
 
 typedef struct Expected {
     const char *name;
@@ -43,50 +43,6 @@ static const Expected *expected_of(const Stepper *stepper) {
     return NULL;
 }
 
-typedef struct Run {
-    Bench bench;
-    const Stepper *stepper;
-    void *data;
-    State state;
-    unsigned char *held;
-    Statistics statistics;
-} Run;
-
-static void start(Run *r, const Stepper *stepper, double step) {
-    Error error = {0};
-    r->stepper = stepper;
-    r->bench.scene.solver.stepper = stepper->name;
-    r->bench.scene.solver.step = step;
-    if (!stepper->create(&r->bench.system, &r->data, &error)) {
-        fail_msg("%s", error.text);
-    }
-    r->state = state_allocate(&r->bench.system, &r->bench.arena);
-    r->held = arena_push(&r->bench.arena, unsigned char, r->bench.system.place_count);
-    state_start(&r->bench.system, &r->state);
-    system_mark_held(&r->bench.system, 0.0, r->held);
-    r->statistics = (Statistics){.smallest_gap = INFINITY};
-}
-
-static void run_to(Run *r, double time) {
-    Error error = {0};
-    if (!r->stepper->advance(&r->bench.system, r->data, &r->state, time, &r->statistics, &error)) {
-        fail_msg("%s: %s", r->stepper->name, error.text);
-    }
-}
-
-static void end(Run *r) {
-    if (r->stepper->destroy) {
-        r->stepper->destroy(r->data);
-    }
-    arena_free(&r->bench.arena);
-}
-
-static double energy_of(const Run *r) {
-    const System *s = &r->bench.system;
-    return system_kinetic_energy(s, r->state.v, r->held) + system_elastic_energy(s, r->state.x) +
-           system_gravity_energy(s, r->state.x, r->held) + r->state.hidden;
-}
-
 /* a soft sheet of 6 x 6 nodes that falls from 60 degrees, so that steps can vary widely */
 static void make_sheet(Run *r) {
     memset(r, 0, sizeof *r);
@@ -111,10 +67,10 @@ static void sheet_at_end(const Stepper *stepper, int count, double tolerance, do
     Run r;
     make_sheet(&r);
     r.bench.scene.solver.tolerance = tolerance;
-    start(&r, stepper, 0.3 / count);
+    run_start(&r, stepper->name, 0.3 / count);
     run_to(&r, 0.3);
     memcpy(x, r.state.x, SHEET * sizeof *x);
-    end(&r);
+    run_end(&r);
 }
 
 static double distance(const double *a, const double *b) {
@@ -169,7 +125,7 @@ static void test_flight(void **unused) {
         r.bench.scene.solver.newton_iterations = 30;
         bench_build(&r.bench, 0);
         const double step = order == 1 || (*stepper)->implicit ? 5e-4 : 0.0;
-        start(&r, *stepper, step);
+        run_start(&r, (*stepper)->name, step);
         const System *s = &r.bench.system;
         double mass = 0.0;
         Vec3 before = {0}, after = {0}, p = {0};
@@ -195,7 +151,7 @@ static void test_flight(void **unused) {
         double slack = 1e-9 + 0.51 * 9.81 * step * (order == 1 ? t : 2.0 * step);
         CHECK_AT_MOST(fabs(moved.x - t), 1e-9);
         CHECK_AT_MOST(fabs(moved.z - (2.0 * t - 4.905 * t * t)), slack);
-        end(&r);
+        run_end(&r);
     }
 }
 
@@ -209,13 +165,13 @@ static void test_energy(void **unused) {
         swing_make(&r.bench, 26, SIDES_FREE);
         r.bench.scene.solver.self_contact = false;
         r.bench.system.contact.self = false;
-        start(&r, stepper_find(names[k]), 0.0);
-        double before = energy_of(&r);
+        run_start(&r, names[k], 0.0);
+        double before = run_energy(&r);
         for (int f = 1; f <= 30; f++) {
             run_to(&r, f / 30.0);
         }
-        CHECK_AT_MOST(fabs(energy_of(&r) - before), bars[k]);
-        end(&r);
+        CHECK_AT_MOST(fabs(run_energy(&r) - before), bars[k]);
+        run_end(&r);
     }
 }
 
@@ -233,12 +189,12 @@ static void test_limit(void **unused) {
         r.bench.scene.solver.self_contact = false;
         r.bench.scene.solver.courant = above ? 1.1 : 0.98;
         bench_build(&r.bench, 0);
-        start(&r, stepper_find("central"), 0.0);
+        run_start(&r, "central", 0.0);
         for (int f = 1; f <= 10; f++) {
             run_to(&r, f / 30.0);
         }
         assert_true(above ? r.statistics.retries > 0 : r.statistics.retries == 0);
-        end(&r);
+        run_end(&r);
     }
 }
 
@@ -255,12 +211,12 @@ static void test_relaxation(void **unused) {
         r.bench.handles[0].kind = HANDLE_CLAMP;
         r.bench.handles[0].region = REGION_LEFT;
         bench_build(&r.bench, 1);
-        start(&r, stepper_find(k ? "relaxation" : "static"), 0.0);
+        run_start(&r, k ? "relaxation" : "static", 0.0);
         run_to(&r, 1.0 / 30);
         tips[k] = r.state.x[3 * 20 + 2];
         print_message("  %s: tip %.6f m, %.0f steps\n", r.stepper->name, tips[k],
                       r.statistics.steps);
-        end(&r);
+        run_end(&r);
     }
     CHECK_NEAR(tips[1], tips[0], 1e-6);
 }
@@ -279,12 +235,12 @@ static void test_relaxation_falls(void **unused) {
         r.bench.handles[0].region = REGION_TOP_LEFT;
         r.bench.handles[1].region = REGION_TOP_RIGHT;
         bench_build(&r.bench, 2);
-        start(&r, stepper_find(k ? "relaxation" : "static"), 0.0);
+        run_start(&r, k ? "relaxation" : "static", 0.0);
         run_to(&r, 1.0 / 30);
-        energies[k] = energy_of(&r);
+        energies[k] = run_energy(&r);
         print_message("  %s: %.7f J, %.0f steps\n", r.stepper->name, energies[k],
                       r.statistics.steps);
-        end(&r);
+        run_end(&r);
     }
     CHECK_NEAR(energies[1], energies[0], 1e-3 * fabs(energies[0]));
 }
@@ -310,13 +266,13 @@ static void test_stochastic(void **unused) {
         for (int way = 0; way < 3; way++) {
             Run r;
             make_hammock(&r, cloth_models[k]->name);
-            start(&r, stepper_find(way ? "stochastic" : "relaxation"), 0.0);
-            before = energy_of(&r);
+            run_start(&r, way ? "stochastic" : "relaxation", 0.0);
+            before = run_energy(&r);
             run_to(&r, 1.0 / 30);
-            energies[way] = energy_of(&r);
+            energies[way] = run_energy(&r);
             print_message("  %s, %s: %.9f J, %.0f steps\n", cloth_models[k]->name, r.stepper->name,
                           energies[way], r.statistics.steps);
-            end(&r);
+            run_end(&r);
         }
         CHECK_AT_MOST(energies[1] - energies[0], 0.01 * (before - energies[0]));
         assert_true(energies[1] == energies[2]);
@@ -329,7 +285,7 @@ static void test_sweeps(void **unused) {
     for (int k = 0; cloth_models[k]; k++) {
         Run r;
         make_hammock(&r, cloth_models[k]->name);
-        start(&r, stepper_find("stochastic"), 0.0);
+        run_start(&r, "stochastic", 0.0);
         const System *system = &r.bench.system;
         Stochastic *s = stochastic_create(system);
         memcpy(s->held, r.held, (size_t)system->place_count);
@@ -340,7 +296,7 @@ static void test_sweeps(void **unused) {
         for (int sweep = 0; sweep < 600; sweep++) {
             double threshold = sweep < 400 ? 1e-3 * scale * pow(0.98, sweep) : 0.0;
             double told = stochastic_sweep(s, threshold, energy, r.state.x);
-            double now = energy_of(&r); /* without velocities, by other functions */
+            double now = run_energy(&r); /* without velocities, by other functions */
             CHECK_NEAR(now, told, 1e-12 * scale);
             CHECK_AT_MOST(now - energy, threshold + 1e-12 * scale);
             rises += now > energy;
@@ -348,7 +304,7 @@ static void test_sweeps(void **unused) {
         }
         print_message("  %s: %d of 600 sweeps rose\n", cloth_models[k]->name, rises);
         assert_true(rises > 0);
-        end(&r);
+        run_end(&r);
     }
 }
 
@@ -389,7 +345,7 @@ static void test_three_phase_falls(void **unused) {
         for (int i = 0; i < s->place_count; i++) {
             s->damping[i] = d;
         }
-        start(&r, stepper_find("three_phase"), dt);
+        run_start(&r, "three_phase", dt);
         double mass = 0.0;
         for (int i = 0; i < s->place_count; i++) {
             mass += s->mass[i];
@@ -413,7 +369,7 @@ static void test_three_phase_falls(void **unused) {
         CHECK_NEAR(moved.x, x, 1e-10);
         CHECK_NEAR(moved.z, z, 1e-10);
         CHECK_AT_MOST(system_elastic_energy(s, r.state.x), 0.5 * shaken); /* the sweeps did work */
-        end(&r);
+        run_end(&r);
     }
 }
 
@@ -422,7 +378,7 @@ static void test_sweeps_momentum(void **unused) {
     (void)unused;
     Run r;
     make_flying(&r, "particles");
-    start(&r, stepper_find("three_phase"), 0.0);
+    run_start(&r, "three_phase", 0.0);
     const System *system = &r.bench.system;
     int n = 3 * system->place_count;
     Stochastic *s = stochastic_create(system);
@@ -442,7 +398,7 @@ static void test_sweeps_momentum(void **unused) {
     print_message("  the centre moves %.2g of the mean move\n", drift);
     CHECK_AT_MOST(1e-4, drift); /* what test_three_phase_falls would see */
     CHECK_AT_MOST(drift, 0.2);
-    end(&r);
+    run_end(&r);
 }
 
 /* a damped hammock comes to rest at the energy of `static`, by either second phase; that of the paper
@@ -457,15 +413,15 @@ static void test_three_phase_rests(void **unused) {
             r.bench.system.damping[i] = 4.0;
         }
         r.bench.scene.solver.breen = way > 1;
-        start(&r, stepper_find(way ? "three_phase" : "static"), way == 3 ? 1.0 / 240 : 0.0);
-        before = energy_of(&r);
+        run_start(&r, way ? "three_phase" : "static", way == 3 ? 1.0 / 240 : 0.0);
+        before = run_energy(&r);
         for (int f = 1; f <= (way ? 30 : 1); f++) {
             run_to(&r, f / 30.0);
         }
-        energies[way] = energy_of(&r);
+        energies[way] = run_energy(&r);
         print_message("  %s: %.7f J, %.0f steps\n", r.stepper->name, energies[way] - before,
                       r.statistics.steps);
-        end(&r);
+        run_end(&r);
     }
     CHECK_NEAR(energies[1], energies[0], 1e-2 * (before - energies[0]));
     CHECK_NEAR(energies[2], energies[0], 1e-3 * (before - energies[0]));
@@ -483,12 +439,12 @@ static void test_three_phase_swings(void **unused) {
         make_sheet(&r);
         r.bench.scene.solver.breen = k == 3;
         r.bench.scene.solver.sweeps = 40;
-        start(&r, stepper_find("three_phase"), 0.3 / (k == 3 ? 80 : 40 << k));
+        run_start(&r, "three_phase", 0.3 / (k == 3 ? 80 : 40 << k));
         run_to(&r, 0.3);
         errors[k] = distance(r.state.x, exact);
         print_message("  %s, %.0f steps: error %.3g m\n", k == 3 ? "breen" : "inertia",
                       r.statistics.steps, errors[k]);
-        end(&r);
+        run_end(&r);
     }
     CHECK_NEAR(log2(errors[0] / errors[1]), 1.0, 0.25);
     CHECK_NEAR(log2(errors[1] / errors[2]), 1.0, 0.25);
@@ -502,7 +458,7 @@ static void test_three_phase_bits(void **unused) {
         Run r;
         parallel_set_threads(way ? 3 : 1);
         make_hammock(&r, "particles");
-        start(&r, stepper_find("three_phase"), 1.0 / 600);
+        run_start(&r, "three_phase", 1.0 / 600);
         for (int f = 1; f <= 3; f++) {
             if (way && f == 3) { /* nothing but the state is kept */
                 Error error = {0};
@@ -511,7 +467,7 @@ static void test_three_phase_bits(void **unused) {
             run_to(&r, f / 30.0);
         }
         memcpy(x[way], r.state.x, sizeof x[way]);
-        end(&r);
+        run_end(&r);
     }
     parallel_set_threads(1);
     assert_memory_equal(x[0], x[1], sizeof x[0]);
