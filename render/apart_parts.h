@@ -29,8 +29,8 @@ struct Apart {
     int *first_leave;         /* (triangle_count + 1) of each triangle in `leaves` */
     float *leaves;            /* [m] e of the drawn vertices (first_leave[triangle_count] x 3) */
     double *most;             /* g (vertex_count) of the joined vertices */
-    double (
-        *sides)[4];    /* [m] (triangle_count) u, v of the second and third corner from the first */
+    /* [m] (triangle_count) u, v of the second and third corner from the first */
+    double (*sides)[4];
     Vec3 (*frames)[2]; /* (vertex_count) mean derivatives along u and v of the triangles around */
     double *areas;     /* [m2] (vertex_count) twice their area on the panel */
     int seam_count;

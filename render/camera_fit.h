@@ -1,16 +1,17 @@
 /* camera_fit.h: where a photograph was taken from, by points whose place in the scene is known.
  *
  * A pinhole with square pixels and its axis through the middle of the picture: seven unknowns (eye,
- * orientation, focal length), so four points that are not on a line at least. The sum of squared distances in the picture is made
- * least [Levenberg 1944; Marquardt 1963] from starts all around the points; for each direction of view
- * the roll, the distance and the middle that fit best under weak perspective are known in closed form.
+ * orientation, focal length), so four points that are not on a line at least. The sum of squared
+ * distances in the picture is made least [Levenberg 1944; Marquardt 1963] from starts all around the
+ * points; for each direction of view the roll, the distance and the middle that fit best under weak
+ * perspective are known in closed form.
  *
  * From far away a thing and its mirror image in depth look the same, the one from above, the other from
  * below: cameras lower than all points are left out.
  *
  * How sure the fit is is told by the picture: the covariance of the seven numbers, for points that are
- * CAMERA_FIT_PIXEL off (or as far as they miss), says by how much the places that are watched may lie elsewhere. Points on a line,
- * or too near to each other, leave that undecided and are refused.
+ * CAMERA_FIT_PIXEL off (or as far as they miss), says by how much the places that are watched may lie
+ * elsewhere. Points on a line, or too near to each other, leave that undecided and are refused.
  */
 #ifndef TOILE_RENDER_CAMERA_FIT_H
 #define TOILE_RENDER_CAMERA_FIT_H
@@ -22,8 +23,8 @@
 #define CAMERA_FIT_MOST 64
 #define CAMERA_FIT_PIXEL 1.0   /* [px] by which a point given by hand is off */
 #define CAMERA_FIT_UNSURE 0.02 /* of the picture's diagonal: a place may be so uncertain */
-#define CAMERA_FIT_MISSED                                                                          \
-    0.008 /* of the diagonal: points that miss by more do not belong together */
+/* of the diagonal: points that miss by more do not belong together */
+#define CAMERA_FIT_MISSED 0.008
 
 typedef struct CameraPoint {
     char name[64];

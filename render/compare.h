@@ -59,13 +59,13 @@ typedef struct Compare {
     double camera_offset[2]; /* [m] of the camera from the middle of the support, axes of the run */
 } Compare;
 
-/* Errors: EXIT_BAD_INPUT (a photograph that cannot be measured, a tilted camera), EXIT_USAGE (no
- * scale), EXIT_MISSING_INPUT. Free also after a failure. */
 /* Reads the photograph and the mask, if there is one, with sides of at most `longest` pixels. *shrunk: sides of the
  * file over those of the image. */
 bool compare_read_photo(const CompareDef *def, int longest, Image *image, double *shrunk,
                         Image *mask, Error *error);
 
+/* Measures the photograph and the run. Errors: EXIT_BAD_INPUT (a photograph that cannot be measured, a tilted camera), EXIT_USAGE (no
+ * scale), EXIT_MISSING_INPUT. Free also after a failure. */
 bool compare_photo(const CompareDef *def, Compare *compare, Error *error);
 void compare_free(Compare *compare);
 

@@ -1,8 +1,9 @@
 /* compare_side.h: a photograph of a real drape from any side, against a run.
  *
  * The camera is found from points of the scene that can be told in the picture (camera_fit.h); the run is
- * seen with it, and what the cloth covers is compared. Nothing is shifted or turned to fit: where the cloth lies on its
- * support is part of the comparison. Distances are in the plane across the view at the mean depth of the cloth that is seen.
+ * seen with it, and what the cloth covers is compared. Nothing is shifted or turned to fit: where the cloth
+ * lies on its support is part of the comparison. Distances are in the plane across the view at the mean
+ * depth of the cloth that is seen.
  */
 #ifndef TOILE_RENDER_COMPARE_SIDE_H
 #define TOILE_RENDER_COMPARE_SIDE_H

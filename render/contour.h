@@ -57,9 +57,9 @@ typedef struct Nodes {
 
 typedef struct Peak {
     int at;
-    double
-        prominence; /* peak minus the higher of the lowest values met on either side before higher
-                          ground; of the highest one: minus the lowest of all */
+    /* peak minus the higher of the lowest values met on either side before higher ground; of the
+     * highest one: minus the lowest of all */
+    double prominence;
 } Peak;
 
 /* Maxima of `count` samples, of a ring (closed) or of a row whose ends hide nothing, that stand out by

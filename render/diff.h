@@ -125,9 +125,11 @@ bool diff_compare(Diff *diff, bool (*go_on)(void *context, const DiffRow *row), 
                   Error *error);
 void diff_free(Diff *diff);
 
-/* Row of an item. states: of two runs. */
+/* For the files of diff: compares two runs, row by row. */
 void diff_compare_states(Diff *diff, DiffItem *item);
+/* A new last row of an item, all metrics NAN; valid until the next one. */
 DiffRow *diff_add_row(Diff *diff, DiffItem *item, int frame);
+/* Sets `failed` and `why` by the gate of the item. */
 void diff_judge_row(const Diff *diff, const DiffItem *item, DiffRow *row);
 
 /* 0 same, 1 differs, or the code of the worst trouble. */

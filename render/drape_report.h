@@ -6,8 +6,9 @@
 
 #include "render/drape.h"
 
+/* settling: [s] from when on the cloth rests, or NAN. */
 void drape_print_text(const Drape *drape, double settling, FILE *out);
-/* settling: [s] or NAN. No newline at the end. */
+/* No newline at the end. */
 void drape_print_json(const Drape *drape, double settling, FILE *out);
 
 /* One line a frame. */

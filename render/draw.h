@@ -11,15 +11,15 @@ typedef struct DrawDef {
     bool linear, clear;   /* light instead of display code (draw_exr); no backdrop */
     bool splats;          /* draw surfels, whatever the film says */
     const char *backdrop; /* a picture, or #rrggbb, in place of the studio; NULL */
-    const char *const
-        *prints; /* (print_count) [CLOTH=]FILE[@WIDTH]: pictures on the faces of cloths */
+    /* (print_count) [CLOTH=]FILE[@WIDTH]: pictures on the faces of cloths */
+    const char *const *prints;
     int print_count;
     int triangles;    /* of the smooth surface, about; 0: as the picture needs */
     const char *look; /* of all cloths instead of their own; NULL = their own */
     const Film *film; /* instead of the run's, copied; NULL */
     int threads;      /* raster threads of the driver besides this one; 0 */
-    QuantityRange
-        range; /* of measuring looks, in the units of their legend; low = high: automatic */
+    /* of measuring looks, in the units of their legend; low = high: automatic */
+    QuantityRange range;
 } DrawDef;
 
 typedef struct Drawer Drawer;
@@ -41,8 +41,9 @@ int draw_triangles(const Drawer *drawer); /* of the surface drawn last */
 /* Changes whenever the picture of frame `index` would: states, film, looks, quality, shaders. */
 bool draw_frame_key(Drawer *drawer, int index, uint64_t *key, Error *error);
 
-/* Draws frame `index`. Errors: EXIT_MISSING_INPUT (no GL driver), as state_read_frame. The image belongs to the drawer and is valid until the next call; a frame
- * that shows the same as the last one is not drawn again. NULL: error. */
+/* Draws frame `index`. The image belongs to the drawer and is valid until the next call; a frame that
+ * shows the same as the last one is not drawn again. NULL: error, EXIT_MISSING_INPUT (no GL driver) or as
+ * state_read_frame. */
 const Image *draw_frame(Drawer *drawer, int index, Error *error);
 
 /* The same for compositing, by a drawer that is linear: into picture, of the film's size. */

@@ -1,6 +1,6 @@
 /* gl.h: OpenGL without a window: the function table, and the few helpers every pass uses.
  *
- * gl_open finds a software driver (OSMesa, by dlopen), makes a 4.3 core context current and
+ * gl_open finds a driver that needs no screen (gl_backend.h), makes a 4.3 core context current and
  * fills `gl`. Nothing is linked against a GL library, and there is no default framebuffer:
  * every pass draws into textures. Images are bit-identical for any thread count.
  * Thread-safety: one context in a process, used by one thread.
@@ -109,10 +109,11 @@ const char *gl_describe(void);
 /* A texture without mipmaps; filter: GL_NEAREST or GL_LINEAR; edges are clamped. */
 GLuint gl_texture_create(GLenum format, int width, int height, GLenum filter);
 
-/* A framebuffer with one colour texture (or 0) and one depth texture (or 0). An incomplete one
- * is our bug. */
 /* A picture of sRGB colours and alpha (rows go up), with smaller copies of itself if it repeats. */
 GLuint gl_texture_from(const uint8_t *rgba, int width, int height, bool repeats);
+
+/* A framebuffer with one colour texture (or 0) and one depth texture (or 0). An incomplete one
+ * is our bug. */
 GLuint gl_target_create(GLuint color, GLuint depth, bool depth_has_stencil);
 
 /* A program of #version, `defines` (lines, "" = none), the shared text and the two stages.

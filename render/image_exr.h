@@ -2,8 +2,9 @@
  * OpenEXR.
  *
  * Channels: R G B A (half, linear Rec.709, premultiplied), Z [m] along the view (1e30: nothing),
- * N.X N.Y N.Z (right, up, towards the viewer), motion.x motion.y ([px] since the frame before, to the right and down), uv.u uv.v (place on the panel, 0..1), id (1.. cloths, then
- * obstacles in the order of the scene; 0: nothing). All but the colours are of one sample a pixel.
+ * N.X N.Y N.Z (right, up, towards the viewer), motion.x motion.y ([px] since the frame before, to the
+ * right and down), uv.u uv.v (place on the panel, 0..1), id (1.. cloths, then obstacles in the order of
+ * the scene; 0: nothing). All but the colours are of one sample a pixel.
  */
 #ifndef TOILE_RENDER_IMAGE_EXR_H
 #define TOILE_RENDER_IMAGE_EXR_H

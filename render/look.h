@@ -1,5 +1,5 @@
-/* look.h: what cloths and obstacles look like. Tables of constant structs: a new look is a line
- * in look.c. Colours are linear albedos. Sources: assets/looks/README.md.
+/* look.h: what cloths and obstacles look like. Tables of constant structs: a new look is an
+ * entry in look_table.c. Colours are linear albedos. Sources: assets/looks/README.md.
  */
 #ifndef TOILE_RENDER_LOOK_H
 #define TOILE_RENDER_LOOK_H
@@ -40,8 +40,8 @@ typedef struct Look {
     float transmission;        /* part of the light that comes through */
     float streaks;             /* unevenness of the yarn, seen from afar; 0..0.3 */
     float back;                /* brightness of the back side; 1 = as the face */
-    float back_warp[3],
-        back_weft[3];             /* albedos on the back of a double cloth; 0: the same threads */
+    /* albedos on the back of a double cloth; 0: the same threads */
+    float back_warp[3], back_weft[3];
     Bands warp_bands, weft_bands; /* of warp threads, counted across v; of weft threads */
     float second[3], third[3];    /* albedos of the bands */
     float hem;                    /* [m] width of the hem at all borders; 0: none */
@@ -50,8 +50,8 @@ typedef struct Look {
     float thickness;  /* [m] of the fabric that ends and picks belong to; 0: they are fixed */
     float stripe[3];  /* albedo of woven border stripes */
     float stripes[4]; /* begin, end, begin, end from the edge, in shorter panel sides */
-    float
-        cover; /* part that threads cover, seen straight on; 0: all, light never passes between them */
+    /* part that threads cover, seen straight on; 0: all, light never passes between them */
+    float cover;
     QuantityKind quantity; /* a measuring look: colours stand for numbers, threads are not drawn */
 } Look;
 

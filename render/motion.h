@@ -19,8 +19,8 @@ typedef struct MotionDef {
     const float *places, *before; /* [m] (vertex_count x 3) now and in the frame before */
     const StateHeader *header;    /* its obstacles */
     const StateFrame *now, *then; /* their poses and vertices, now and in the frame before */
-    double
-        sample[2]; /* [px] of what the picture's ids and depths show, from a pixel's upper left */
+    /* [px] of what the picture's ids and depths show, from a pixel's upper left */
+    double sample[2];
 } MotionDef;
 
 /* Fills picture->motion by its ids and depths. */

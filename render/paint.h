@@ -47,12 +47,12 @@ typedef struct PaintDef {
     const Quality *quality;
     Camera camera;
     bool floor;
-    bool
-        linear; /* pictures are light, for paint_read_exr; the image of paint_frame is left alone */
-    bool clear; /* no backdrop; alpha is what is covered */
+    /* pictures are light, for paint_read_exr; the image of paint_frame is left alone */
+    bool linear;
+    bool clear;  /* no backdrop; alpha is what is covered */
     bool splats; /* cloth as surfels, not triangles; sheer cloth is always triangles */
-    const Image
-        *plate; /* picture of the film's size behind everything, with the floor's shadows; NULL */
+    /* picture of the film's size behind everything, with the floor's shadows; NULL */
+    const Image *plate;
     int cloth_count;
     const Print *prints;         /* (cloth_count) pictures on the faces of cloths; NULL */
     const Look *const *looks;    /* (cloth_count) */

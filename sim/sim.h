@@ -1,5 +1,4 @@
-/* sim.h: owns a simulation and advances it frame by frame. Included only by main.c, plan.c and
- * tests. */
+/* sim.h: owns a simulation and advances it frame by frame. For files of this folder and tests. */
 #ifndef TOILE_SIM_H
 #define TOILE_SIM_H
 

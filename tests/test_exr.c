@@ -119,7 +119,8 @@ static void test_geometry(void **state) {
     free(z), free(u), free(v), free(nx), free(nz), free(id);
 }
 
-/* The patch moves to the right and up without turning: every pixel of it by the same way, seen by a camera at rest; nothing else. */
+/* The patch moves to the right and up without turning: every pixel of it by the same way, seen by a camera
+ * at rest; nothing else. */
 static void check_motion(const char *look, const char *film, bool splats) {
     double half = DISTANCE * tan(0.25), way = RENDER_PATCH_SPEED / 30.0 * HEIGHT / (2.0 * half);
     Options options = options_default();

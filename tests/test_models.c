@@ -182,7 +182,8 @@ static void test_gradient(void **unused) {
 }
 
 /* Where the tangent is the exact Hessian. Corotation, deferred bending and springs with a kink have
- * none by design, nor has Morley's bending, which takes that of the tensor; what needs a second derivative of a normal is exact at rest only. */
+ * none by design, nor has Morley's bending, which takes that of the tensor; what needs a second
+ * derivative of a normal is exact at rest only. */
 typedef enum Exact { EXACT, EXACT_AT_REST, NOT_EXACT } Exact;
 
 static Exact exactness(const Case *c, const ClothModel *model) {

@@ -32,8 +32,8 @@ typedef struct FilmMove {
 typedef struct FilmView {
     char name[FILM_NAME_SIZE];
     CameraKind camera;
-    Vec3 eye, target, up;
-    double fov, pixels_per_mm;
+    Vec3 eye, target, up;      /* [m] as in Film */
+    double fov, pixels_per_mm; /* [rad], [px/mm] likewise */
     FilmMove move;
 } FilmView;
 

@@ -3,8 +3,8 @@
  * A loop is cut into chunks of `grain` items, whatever the thread count; each chunk
  * writes only to places of its own; sums are taken over chunks in order afterwards.
  * Chunks are claimed: nobody waits for a thread that did not come. Now and then both ways are timed, and
- * the caller does all of it while that is quicker, as where other programs want the processors. Thread-safety: one thread calls; a loop within a chunk is that
- * chunk's own.
+ * the caller does all of it while that is quicker, as where other programs want the processors.
+ * Thread-safety: one thread calls; a loop within a chunk is that chunk's own.
  */
 #ifndef TOILE_BASE_PARALLEL_H
 #define TOILE_BASE_PARALLEL_H
@@ -26,8 +26,8 @@ typedef struct ParallelLoop {
 } ParallelLoop;
 
 #define PARALLEL_MOST_LOOPS 4
-#define PARALLEL_MOST_CHUNKS                                                                       \
-    128 /* of loops that are done together; more are done one loop after another */
+/* of loops that are done together; more are done one loop after another */
+#define PARALLEL_MOST_CHUNKS 128
 
 /* Loops of which none needs another, started once: what lies alike in them is done by the same thread. */
 void parallel_for_all(const ParallelLoop *loops, int loop_count);

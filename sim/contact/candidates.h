@@ -17,8 +17,8 @@
 typedef struct Candidate {
     int obstacle; /* a solid, or -1: cloth with cloth or with a mesh */
     PairKind kind;
-    int place
-        [4]; /* as in Pair, and a mesh is like cloth; with a solid the three corners of a triangle and -1 */
+    /* as in Pair, and a mesh is like cloth; with a solid the three corners of a triangle and -1 */
+    int place[4];
     double dhat;   /* [m] contact distance */
     double target; /* [m] distance that a motion must keep; of the clamp */
 } Candidate;

@@ -36,12 +36,11 @@
 #define CONTACT_BRISTLE_DAMPING 0.3 /* of critical */
 
 #define CONTACT_IMPULSE_GAP 0.2 /* of dhat: impulses act before the gap falls below this */
-#define CONTACT_IMPULSE_RESERVE                                                                    \
-    2.0 /* steps of motion: pairs farther apart are not asked for impulses, which change speeds */
+/* steps of motion: pairs farther apart are not asked for impulses, which change speeds */
+#define CONTACT_IMPULSE_RESERVE 2.0
 #define CONTACT_PLANE_SHARE 0.9 /* of the room to the plane that one step may use */
-#define CONTACT_PLANE_FLOOR                                                                        \
-    0.02                          /* of dhat, at obstacles: never nearer; without it gaps reach
-                                     1e-12 m */
+/* of dhat, at obstacles: never nearer; without it gaps reach 1e-12 m */
+#define CONTACT_PLANE_FLOOR 0.02
 #define CONTACT_MIDDLE_FLOOR 0.01 /* of dhat, on either side of the plane between two cloths */
 #define CONTACT_YIELD_SHARE 0.95  /* of the room left that an obstacle may use */
 #define CONTACT_CATCH_UP 1.25     /* of dt: fastest clock of an obstacle that fell behind */

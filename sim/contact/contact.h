@@ -83,10 +83,10 @@ typedef struct ContactView {
 
 typedef struct ContactStatistics {
     double smallest_gap, smallest_self_gap; /* [m] to obstacles; of cloth to cloth */
-    double truncations, impulses, rebuilds;
-    double pairs, evaluations; /* summed over steps: listed, looked at */
-    double work;               /* [J] done on the cloth by moving obstacles */
-    double friction, damping;  /* [J] taken out of the cloth */
+    double truncations, impulses, rebuilds; /* motions that planes cut; of the guard; searches */
+    double pairs, evaluations;              /* summed over steps: listed, looked at */
+    double work;                            /* [J] done on the cloth by moving obstacles */
+    double friction, damping;               /* [J] taken out of the cloth */
     double guard; /* [J] by the guard, by the inertia added to crowded vertices, less stiffened */
     double stiffened; /* [J] stored by making the law stiffer for the next interval */
     double approach;  /* [m/s] fastest approach of a near pair */

@@ -1,6 +1,6 @@
 /* flatness.h: a certificate that two neighbouring groups of a lattice are so flat that no two of
- * their features are near (explicit.md 5): features without a common vertex are at least an altitude of
- * a triangle apart in the plane, and slopes.h bounds how much nearer they come. */
+ * their features are near (contact.md, Lists): features without a common vertex are at least an altitude
+ * of a triangle apart in the plane, and slopes.h bounds how much nearer they come. */
 #ifndef TOILE_CONTACT_FLATNESS_H
 #define TOILE_CONTACT_FLATNESS_H
 

@@ -10,8 +10,8 @@ typedef struct PushOut {
 } PushOut;
 
 /* Moves vertices and triangles that are nearer to a solid than half the contact distance, or inside,
- * along the shortest way to that distance. Held vertices stay, meshes do not count. Cloth that a solid pierces cannot be
- * moved out so: the exact check tells.
+ * along the shortest way to that distance. Held vertices stay, meshes do not count. Cloth that a solid
+ * pierces cannot be moved out so: the exact check tells.
  * poses: (obstacle_count); held: (vertex_count); x: [m] (vertex_count x 3). */
 PushOut push_out(const ContactDef *def, const Pose *poses, const unsigned char *held, double *x);
 

@@ -36,12 +36,19 @@ typedef struct DuePairs {
     int count, room;
 } DuePairs;
 
-/* c->groups.motion must be that of the velocities of now. */
+/* dt: [s] the step. c->groups.motion must be that of the velocities of now. */
+
+/* Makes all lists at the positions of now. */
 void self_begin(Contact *c, double dt);
-void self_find(Contact *c, double dt); /* the pairs that are near at the positions of now */
+/* The pairs that are near at the positions of now, into c->due. */
+void self_find(Contact *c, double dt);
+/* ... and their forces into c->pushes, for a kick of `share` dt. */
 void self_forces(Contact *c, double dt, double share);
+/* After the kick: makes the lists wide enough for the velocities of now. */
 void self_refresh(Contact *c, double dt);
+/* Takes the approach out of pairs that would come too near. */
 void self_impulses(Contact *c, double dt);
+/* Notes by how much motions must shrink to stay behind their planes (contact_shorten). */
 void self_shorten(Contact *c, double dt);
 /* After the velocities were changed: looks for pairs that may now meet. True: shorten again. */
 bool self_check(Contact *c, double dt);

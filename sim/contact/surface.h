@@ -58,8 +58,8 @@ typedef struct Surface {
     int triangle_count, edge_count, cell_count, group_count;
     int *triangles; /* (triangle_count x 3) places */
     int *edges;     /* (edge_count x 2) places, smaller first */
-    int *
-        sides; /* (triangle_count x 3) edge from corner k to the next; -1: an earlier triangle has it */
+    /* (triangle_count x 3) edge from corner k to the next; -1: an earlier triangle has it */
+    int *sides;
     SurfaceCell *cells;
     SurfaceGroup *groups;
     int *group_vertices;

@@ -157,24 +157,27 @@ void obstacle_finish(const Contact *c, TouchBatch *batch);
 double obstacle_frozen(const Contact *c, const Touch *touch);
 void obstacle_project(const Points *x, Touch *touch);
 
-/* obstacle_lists.c: touches that are near */
-void obstacle_begin(Contact *c, double dt);
+/* obstacle_lists.c: touches that are near. dt: [s] the step */
+void obstacle_begin(Contact *c, double dt); /* makes all lists at the positions of now */
 /* Lists the groups that became too fast for their list; then another look is due, and true. */
 bool obstacle_search(Contact *c, double dt);
 void obstacle_look(Contact *c);                       /* at all that are due by their path */
 void obstacle_find(Contact *c, double dt);            /* the touches that are near now */
 void obstacle_forget(const Contact *c, Touch *touch); /* its bristles */
 void obstacle_forget_sides(const Contact *c, Touch *touch, unsigned sides);
+/* Copies out the stretched bristles of sides and faces, at most `room`; returns how many. */
 int obstacle_remember(const Contact *c, PairMemory *memory, int room);
 ParallelLoop obstacle_advance_loop(Contact *c); /* moves all paths on by this step */
 
 /* obstacle_motion.c */
 void obstacle_place(Contact *c, int obstacle); /* its frame, from its pose */
+/* Where the programmes lead in a step of dt that ends at time_end: c->programmes. */
 void obstacle_demand(Contact *c, double dt, double time_end);
 /* [m/s] of a moving solid at a point, from its demanded motion */
 Vec3 obstacle_velocity(const Contact *c, int obstacle, Vec3 point, double dt);
 /* [m] how far it will reach along the normal beyond the plane of now */
 double obstacle_reach(const Contact *c, const Touch *touch);
+/* Moves all obstacles there, or as far as the cloth lets them. */
 void obstacle_move(Contact *c, double dt);
 
 /* obstacle.c: forces and guard */
@@ -184,6 +187,7 @@ double touch_friction(const Contact *c, const Touch *touch); /* mu */
 void obstacle_create_sides(Contact *c, Arena *arena);
 /* Sides have no bristles but those that are remembered, if any. */
 void obstacle_begin_sides(Contact *c, bool remembered);
+/* As their namesakes in self.h: */
 void obstacle_forces(Contact *c, double dt, double share);
 void obstacle_refresh(Contact *c, double dt);
 void obstacle_impulses(Contact *c, double dt);

@@ -1,6 +1,6 @@
 /* inside.h: is a place on the cloth, from its nodes alone?
  *
- * The paper (000 section 5) takes det N, N the interpolation matrix of the nearest nodes, to be
+ * The paper (Yuan et al. 2008, section 5) takes det N, N the interpolation matrix of the nearest nodes, to be
  * positive inside and to vanish outside, after Li, Qian, Liu and Belytschko (2001). For the
  * augmented RBF matrix that is not so: it depends on the nodes only, not on the place, is as
  * large on both sides of a border, and misjudges a third of all places. Li et al. speak of the

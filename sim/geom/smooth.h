@@ -1,7 +1,7 @@
 /* smooth.h: the smooth surface through the nodes of a panel, x(u) = sum_I phi_I(u) x_I with the shape
  * functions of rbf.h, and where a point is on it.
  *
- * The paper's detection (000, section 5): a node that moves from P to Q meets the cloth when both ends
+ * The paper's detection (Yuan et al. 2008, section 5): a node that moves from P to Q meets the cloth when both ends
  * project into the panel and lie on different sides of the surface. Projection is Newton's method on
  * |x(u) - p|^2 / 2; whether a place is on the panel is told by its nodes (inside.h). */
 #ifndef TOILE_GEOM_SMOOTH_H

@@ -45,7 +45,7 @@ typedef struct HingeElement {
     double tangent[3];       /* of each edge: c in the tangent / c */
     double d[6];             /* A times D11 D12 D13 D22 D23 D33 */
     int node_count;          /* unknowns only */
-    int node[HINGE_NODES];   /* */
+    int node[HINGE_NODES];   /* (node_count) */
     signed char local[3][4]; /* edge corners among them; -1: a ghost */
     int place;               /* first of node_count (node_count + 1) / 2 places */
 } HingeElement;

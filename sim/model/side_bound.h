@@ -28,8 +28,8 @@ typedef struct SideExcess {
     double excess; /* [m] */
     double most;   /* [m] at which it yields */
     double sign;   /* 1: too long, -1: too short */
-    double
-        of_cell; /* the bound over the stretched side of the cell; 0: it does not move with the cell */
+    /* the bound over the stretched side of the cell; 0: it does not move with the cell */
+    double of_cell;
     Vec3 slope[2];
 } SideExcess;
 

@@ -5,8 +5,8 @@
  * stiffness 2 HB'/(N K1) and with limits HB' (2a - 1)/N^2, so that together they give HB' = 2HB/2
  * beyond the onset K1. An element that has slipped by p stores
  *     H(e) = k e^2/2,  |e| <= f/k;   f |e| - f^2/(2k) beyond;   e = q - p
- * with all f times `wide`: stored plus dissipated work, convex, with exact gradient, so that line searches and energy gates
- * hold; q is the signed curvature of a thread or the signed shear angle of a cell. The slips p are the
+ * with all f times `wide`: stored plus dissipated work, convex, with exact gradient, so that line searches
+ * and energy gates hold; q is the signed curvature of a thread or the signed shear angle of a cell. The slips p are the
  * history of the cloth. They change when an accepted step is committed, and in no other place: exact
  * return mapping, the same loop for any step, and no creep.
  *

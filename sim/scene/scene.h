@@ -1,7 +1,7 @@
 /* scene.h: every parameter of a scene, with unit, meaning and default.
  *
- * scene_read fills a Scene from a YAML file (the schema tables in schema.c name each key, its
- * unit, default, limits and help text; `toile help scene` prints them). Everything inside is SI; z is
+ * scene_read fills a Scene from a YAML file (the tables of scene_schema.h name each key, its unit,
+ * default, limits and help text; `toile help scene` prints them). Everything inside is SI; z is
  * up. A Scene is constant once read; all its memory belongs to the arena that was passed in. */
 #ifndef TOILE_SCENE_SCENE_H
 #define TOILE_SCENE_SCENE_H

@@ -9,7 +9,7 @@
 /* Fills `arrays` (FILM_ARRAYS) from a film; what they point to lives in arena. */
 void film_record_encode(const Film *film, Arena *arena, StateArray *arrays);
 
-/* Adds what the arrays say to a film that holds the defaults; files without them are older. False:
+/* Adds what the arrays say to a film that holds the defaults, which stand where an array is missing. False:
  * impossible values. */
 bool film_record_decode(const StateArray *arrays, int count, Film *film);
 

@@ -35,7 +35,8 @@ void bounds_find(Bounds *bounds, bool all, double kick_time);
 /* After it: spreads what the kick left in inertia.moved. */
 void bounds_spread(Bounds *bounds);
 
-/* After both, of a kick of `share` dt: takes the forces back; no side and no spring grows beyond its bound in a drift of dt. */
+/* After both, of a kick of `share` dt: takes the forces back; no side and no spring grows beyond its bound
+ * in a drift of dt. */
 void bounds_hold(Bounds *bounds, double dt, double share);
 
 /* At the end of an interval, with the velocities of the last drift: counts what the last kick took. */

@@ -34,8 +34,8 @@ typedef struct BoundSide {
 /* Those of some rows of cells, which a thread works on by itself: all but the last row of each share has
  * no node in common with another. Room for one row of cells. */
 typedef struct SidesShare {
-    BoundSide
-        *list; /* (count) `inner` of them of rows that are its own, then those of the last row */
+    /* (count) `inner` of them of rows that are its own, then those of the last row */
+    BoundSide *list;
     int count, inner, room;
     bool full;           /* there are more: the room grows, and its rows are looked at again */
     double work;         /* [J] that was done on those listed before */

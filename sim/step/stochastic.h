@@ -2,9 +2,10 @@
  * (Breen, House, Wozny 1994, second phase), for steppers `stochastic` and `three_phase`.
  *
  * A sweep offers every free node one move. Nodes that share no unit of a model move together, as
- * single ones would: the change of energy of each is its own, (g_i(x) + g_i(x'))/2 . d_i. A move stays when it raises the energy by no more than
- * threshold / nodes (threshold accepting; Dueck, Scheuer 1990), so that a sweep raises it by no more
- * than the threshold; one that did, as the trapezoid is no exact integral, is taken back whole. */
+ * single ones would: the change of energy of each is its own, (g_i(x) + g_i(x'))/2 . d_i. A move stays
+ * when it raises the energy by no more than threshold / nodes (threshold accepting; Dueck, Scheuer 1990),
+ * so that a sweep raises it by no more than the threshold; one that did, as the trapezoid is no exact
+ * integral, is taken back whole. */
 #ifndef TOILE_STEP_STOCHASTIC_H
 #define TOILE_STEP_STOCHASTIC_H
 

@@ -57,17 +57,19 @@ typedef struct State {
     double unguarded; /* [s] for which the guard of contact had nothing to do; negative: a pause */
     double calm;      /* [s] for which nothing has moved; explicit cloth then sleeps */
     ContactMemory contact;
-    double
-        *contact_force; /* [N] (place_count x 3) of contacts on the cloth: explicit, the mean over
-                              the last run of steps; implicit, at x. NULL: no look asks for it */
+    /* [N] (place_count x 3) of contacts on the cloth: explicit, the mean over the last run of steps; implicit,
+     * at x. NULL: no look asks for it */
+    double *contact_force;
 } State;
 
 /* What happened in one frame; names in statistic_names. */
 typedef struct Statistics {
-    double asleep; /* 1 when nothing had to be computed */
-    double steps, retries, step_length, newton_iterations, factorisations, residual;
-    double kinetic, elastic, gravity, contact; /* [J] at the end of the frame */
-    double work;                               /* [J] done by handles during the frame */
+    double asleep;         /* 1 when nothing had to be computed */
+    double steps, retries; /* accepted; steps or intervals that were taken back */
+    double step_length;    /* [s] of the last one */
+    double newton_iterations, factorisations, residual; /* of implicit steps; [N] of the last one */
+    double kinetic, elastic, gravity, contact;          /* [J] at the end of the frame */
+    double work;                                        /* [J] done by handles during the frame */
     double stretch; /* largest of a lattice's cell along its threads at the end of the frame */
     double smallest_gap, smallest_self_gap; /* [m] to obstacles, of cloth to cloth; INFINITY: none
                                                was near */

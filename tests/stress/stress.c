@@ -1,8 +1,9 @@
 /* stress.c: abuse. Every run must stay finite, gain no more energy than its stepper allows, and come
  * to rest (short ones: no more than that), or stop with a clear reason; where cloth meets itself
  * nothing may cross in any frame, by the exact check. All steppers with the first model, the two
- * main ones with every model; contact by impulses (`+impulses`) with every model where there is contact. Writes a table: case, model, stepper, frames done, taken back, kinetic
- * energy left, crossings of all frames, verdict. */
+ * main ones with every model; contact by impulses (`+impulses`) with every model where there is
+ * contact. Writes a table: case, model, stepper, frames done, taken back, kinetic energy left, crossings
+ * of all frames, verdict. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
