@@ -274,10 +274,22 @@ static void warn_of_stretch(const Sim *sim, bool *warned) {
     }
 }
 
+/* once, when contact does not let held cloth follow */
+static void warn_of_handle(const Sim *sim, bool *warned) {
+    if (sim->statistics.behind > sim->system.contact.distance && !*warned) {
+        *warned = true;
+        fprintf(stderr,
+                "sim: t = %.4g s: cloth '%s' is held %.3g mm behind its handle: an obstacle or "
+                "cloth is in its way, and it follows as far as that lets it\n",
+                sim->state.time, sim->scene->cloths[sim->behind].name,
+                1e3 * sim->statistics.behind);
+    }
+}
+
 static bool make_frames(Sim *sim, StateWriter *writer, int frames, const Arguments *a,
                         Error *error) {
     Progress progress = progress_start("sim", a->progress, sim->frame + 1, frames);
-    bool ok = true, warned = a->quiet;
+    bool ok = true, warned = a->quiet, warned_of_handle = a->quiet;
     while (ok && sim->frame + 1 < frames) {
         char detail[64];
         ok = sim_advance(sim, error) && sim_write_frame(sim, writer, error);
@@ -285,6 +297,7 @@ static bool make_frames(Sim *sim, StateWriter *writer, int frames, const Argumen
         if (ok) {
             progress_show(&progress, sim->frame + 1, detail);
             warn_of_stretch(sim, &warned);
+            warn_of_handle(sim, &warned_of_handle);
         }
     }
     progress_end(&progress);

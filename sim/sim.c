@@ -89,6 +89,12 @@ static void measure_energies(Sim *sim) {
     }
     sim->statistics.gravity = system_gravity_energy(system, sim->state.x, held);
     sim->statistics.stretch = system_stretch(system, sim->state.x, &sim->stretched);
+    double *scratch = arena_push(&sim->arena, double, 3 * system->place_count);
+    int place;
+    sim->statistics.behind = system_behind(system, sim->state.x, sim->state.time, scratch, &place);
+    for (sim->behind = 0; place >= system->first[sim->behind + 1];) {
+        sim->behind++;
+    }
     arena_rewind(&sim->arena, mark);
 }
 
@@ -103,6 +109,7 @@ static void add_up(Statistics *total, const Statistics *frame) {
     total->impulses += frame->impulses;
     total->lag = fmax(total->lag, frame->lag);
     total->stretch = fmax(total->stretch, frame->stretch);
+    total->behind = fmax(total->behind, frame->behind);
     total->smallest_gap = fmin(total->smallest_gap, frame->smallest_gap);
     total->smallest_self_gap = fmin(total->smallest_self_gap, frame->smallest_self_gap);
     total->rebuilds += frame->rebuilds;

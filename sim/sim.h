@@ -26,7 +26,7 @@ typedef struct Sim {
     Statistics statistics; /* of the last frame */
     Statistics total;      /* sums over the frames made by this process */
     StartMoves moves;      /* before the first step */
-    int stretched;         /* the cloth of statistics.stretch */
+    int stretched, behind; /* the cloths of statistics.stretch and of statistics.behind */
     double *packed;        /* (node_count x 9) positions, velocities, forces without ghosts */
 } Sim;
 

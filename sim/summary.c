@@ -31,6 +31,7 @@ static void print_json(const Sim *sim, FILE *out) {
                             {"smallest_self_gap_m", t->smallest_self_gap},
                             {"lag_s", t->lag},
                             {"stretch", t->stretch},
+                            {"behind", t->behind},
                             {"end_stretch", last->stretch}};
     const Term energy[] = {{"handles", t->work},    {"friction", t->friction},
                            {"contact", t->damping}, {"fabric", t->fabric},
@@ -110,6 +111,10 @@ static void print_contact(const Sim *sim, FILE *out) {
     if (t->lag > 0.0) {
         fprintf(out, "sim: an obstacle waited for pinched cloth, up to %.2g s behind its motion\n",
                 t->lag);
+    }
+    if (t->behind > contact->distance) {
+        fprintf(out, "sim: cloth could not follow its handles everywhere: up to %.3g mm behind\n",
+                1e3 * t->behind);
     }
 }
 

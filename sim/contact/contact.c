@@ -110,6 +110,7 @@ Contact *contact_create(const ContactDef *def, Arena *arena) {
     c->losses = arena_push(arena, Loss, parallel_chunk_count(n, CONTACT_VERTEX_GRAIN));
     c->changed = arena_push(arena, int, n);
     c->kicked = arena_push(arena, Vec3, n);
+    c->taken = arena_push(arena, Vec3, n);
     c->is_changed = arena_push(arena, unsigned char, n);
     c->scale = arena_push(arena, double, n);
     c->weight_kept = arena_push(arena, double, n);
@@ -170,6 +171,11 @@ void contact_impulse(Contact *c, int count, const int *place, const double *weig
     c->statistics.work += work;
     c->statistics.guard += work; /* is no loss */
     for (int a = 0; a < count; a++) {
+        bool takes = place[a] < c->def->vertex_count && c->held[place[a]] && weight[a] != 0.0;
+        if (takes && !c->impulses) {
+            contact_mark_changed(c, place[a]);
+            c->taken[place[a]] = vec3_axpy(c->taken[place[a]], impulse * weight[a], normal);
+        }
         double share = impulse * weight[a] * contact_mobility(c, place[a]);
         if (share != 0.0) {
             Vec3 v = contact_velocity(c, place[a]);
@@ -323,7 +329,7 @@ static void hand_over_chunk(int chunk, int first, int end, void *context) {
     for (int place; (place = touched_next(&walk)) >= 0;) {
         int slot = c->view.slot[place];
         Push *push = &c->pushes[place];
-        double inertia = contact_inertia(c, push->stiffness);
+        double inertia = c->held[place] ? 0.0 : contact_inertia(c, push->stiffness);
         double own = c->weight_kept[place];
         lanes->f[0][slot] += push->force.x;
         lanes->f[1][slot] += push->force.y;
@@ -426,7 +432,9 @@ static void guard_by_planes(Contact *c, double dt) {
 }
 
 /* the velocities that the guard changed, to the lanes */
-static void write_changed(Contact *c) {
+/* did any? */
+static bool write_changed(Contact *c) {
+    bool some = c->changed_count > 0;
     for (int k = 0; k < c->changed_count; k++) {
         int place = c->changed[k], slot = c->view.slot[place];
         for (int a = 0; a < 3; a++) {
@@ -435,6 +443,7 @@ static void write_changed(Contact *c) {
         c->is_changed[place] = 0;
     }
     c->changed_count = 0;
+    return some;
 }
 
 /* May this step be made without looking? When a proof ends, another is tried, and then lists are
@@ -454,14 +463,16 @@ static bool passes_quietly(Contact *c, double dt) {
     return false;
 }
 
-void contact_repel(Contact *c, double dt) {
+bool contact_repel(Contact *c, double dt) {
+    bool changed = false;
     if (c->impulses && !c->quiet.holds) {
         double start = clock_seconds();
         refresh(c, dt);
         impulses_repel(c, dt);
-        write_changed(c);
+        changed = write_changed(c);
         c->statistics.seconds += clock_seconds() - start;
     }
+    return changed;
 }
 
 /* paths of groups and of pairs of groups lead on by the motion of this step; what it took is counted */
@@ -481,10 +492,10 @@ static void advance_and_count(Contact *c) {
     contact_sum_losses(c);
 }
 
-void contact_guard(Contact *c, double dt) {
+bool contact_guard(Contact *c, double dt) {
     if (passes_quietly(c, dt)) {
         obstacle_move(c, dt);
-        return;
+        return false;
     }
     double start = clock_seconds();
     refresh(c, dt);
@@ -497,8 +508,9 @@ void contact_guard(Contact *c, double dt) {
         obstacle_move(c, dt);
     }
     advance_and_count(c);
-    write_changed(c);
+    bool changed = write_changed(c);
     c->statistics.seconds += clock_seconds() - start;
+    return changed;
 }
 
 bool contact_asks_relative(const Contact *c) { return c->quiet.holds && c->quiet.close; }

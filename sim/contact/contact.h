@@ -152,11 +152,11 @@ void contact_forces(Contact *contact, double dt, double share, double time_end);
 /* After the kick: takes the forces of this step back out of lanes->f and lanes->weight. `given` [m/s]:
  * what the kick gave to every vertex, whatever its inertia. */
 void contact_clear(Contact *contact, Vec3 given);
-/* After the kick, before bounds on sides and springs: repulsions of contact by impulses. */
-void contact_repel(Contact *contact, double dt);
+/* After the kick, before bounds on sides and springs: repulsions of contact by impulses. Did velocities change? */
+bool contact_repel(Contact *contact, double dt);
 /* Changes velocities so that nothing crosses in x += dt v, and moves the obstacles as far as the
- * cloth lets them. */
-void contact_guard(Contact *contact, double dt);
+ * cloth lets them. Did any change? */
+bool contact_guard(Contact *contact, double dt);
 /* Is a close bound of how fast neighbours move in this step worth its time? */
 bool contact_asks_relative(const Contact *contact);
 /* After the drift. Sets statistics.rejected when that was too fast for what was known before it. */

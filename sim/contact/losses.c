@@ -66,6 +66,13 @@ void contact_sum_losses(Contact *c) {
     }
     for (int k = 0; k < c->changed_count; k++) {
         int place = c->changed[k];
+        if (c->held[place]) { /* its handle works against the impulses, and loses nothing */
+            double work = -vec3_dot(c->taken[place], contact_velocity(c, place));
+            c->taken[place] = vec3(0, 0, 0);
+            s->work += work;
+            s->guard += work;
+            continue;
+        }
         Vec3 v = contact_velocity(c, place), kicked = c->kicked[place];
         Vec3 before = c->is_touched[place] ? c->tolls[place].before : kicked;
         s->guard -= 0.5 * c->def->mass[place] * vec3_dot(vec3_sub(v, kicked), vec3_add(before, v));

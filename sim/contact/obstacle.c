@@ -370,7 +370,7 @@ static double sides_energy(const Contact *c, const Touch *touch, double dt) {
 /* [J] of a touch that is due */
 static double energy_of(const Contact *c, const Touch *touch, double dt) {
     bool vertex = touch->place[1] < 0;
-    double energy = vertex || touch->feature == 7 ? touch_energy(c, touch, dt) : 0.0;
+    double energy = obstacle_pushes(c, touch) ? touch_energy(c, touch, dt) : 0.0;
     return vertex ? energy : energy + sides_energy(c, touch, dt);
 }
 

@@ -159,7 +159,8 @@ static ContactForce force_of(const RestRows *rows, int k, Vec3 normal) {
 static void push_alone(Contact *c, int place, const ContactForce *force) {
     const Lanes *lanes = c->view.lanes;
     int slot = c->view.slot[place];
-    double inertia = contact_inertia(c, force->stiffness), own = c->weight_kept[place];
+    double own = c->weight_kept[place];
+    double inertia = c->held[place] ? 0.0 : contact_inertia(c, force->stiffness);
     lanes->f[0][slot] += force->sum.x;
     lanes->f[1][slot] += force->sum.y;
     lanes->f[2][slot] += force->sum.z;

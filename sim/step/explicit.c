@@ -422,14 +422,16 @@ static void kick_with_contact(Explicit *e, double dt, double share, double time_
     }
 }
 
-/* What impulses change is what they push; the guard of the force law only keeps apart. */
-static void change_by_contact(Explicit *e, void (*change)(Contact *, double), double dt) {
+/* What impulses change is what they push; the guard of the force law only keeps apart. Adds to the work of
+ * handles, [J]. */
+static void change_by_contact(Explicit *e, bool (*change)(Contact *, double), double dt,
+                              double *work) {
     bool pushes = e->system->contact.impulses;
     if (e->contact && pushes) {
         impulse_add_momentum(&e->impulse, e->system, &e->lanes, e->slot, -1.0);
     }
-    if (e->contact) {
-        change(e->contact, dt);
+    if (e->contact && change(e->contact, dt)) {
+        steer_changed(&e->steer, &e->lanes, e->slot, dt, work);
     }
     if (e->contact && pushes) {
         impulse_add_momentum(&e->impulse, e->system, &e->lanes, e->slot, 1.0);
@@ -437,8 +439,8 @@ static void change_by_contact(Explicit *e, void (*change)(Contact *, double), do
 }
 
 /* drift that crosses nothing */
-static double guarded_drift(Explicit *e, double dt) {
-    change_by_contact(e, contact_guard, dt);
+static double guarded_drift(Explicit *e, double dt, double *work) {
+    change_by_contact(e, contact_guard, dt, work);
     ContactSpeeds speeds = drift(e, dt);
     if (e->contact) {
         contact_drifted(e->contact, &speeds, dt);
@@ -480,14 +482,14 @@ static void run_steps(Explicit *e, const ExplicitRun *run, const State *state, d
         damping_before(&e->damping);
         kick_with_contact(e, run->dt, share, time_end, s == 0);
         result->work += steer_held(e, run->dt, share * run->dt, time_end);
-        change_by_contact(e, contact_repel, run->dt);
+        change_by_contact(e, contact_repel, run->dt, &result->work);
         bounds_hold(&e->bounds, run->dt, share);
         share = 1.0;
         result->steps++;
         if (run->kinetic_damping && kill_at_peak(e, run, &kinetic, result, &share)) {
             break;
         }
-        double fastest = guarded_drift(e, run->dt);
+        double fastest = guarded_drift(e, run->dt, &result->work);
         damping_after(&e->damping, run->dt);
         if (e->contact && contact_statistics(e->contact)->rejected) {
             return;
@@ -521,11 +523,11 @@ static double total_energy(Explicit *e, double dt, const State *state, double el
 }
 
 static void store(Explicit *e, State *state, double time_end) {
+    steer_end(&e->steer, &e->lanes, e->slot);
     gather(e, 0, e->system->place_count, e->lanes.x, state->x);
     gather(e, 0, e->system->place_count, e->lanes.v, state->v);
     state->time = time_end;
     system_store_history(e->system, state);
-    steer_end(&e->steer, state->v);
     if (e->contact) {
         contact_end(e->contact, &state->contact);
     }

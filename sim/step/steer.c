@@ -1,5 +1,6 @@
 #include "sim/step/steer.h"
 
+#include <math.h>
 #include <string.h>
 
 Steer steer_create(const System *system) {
@@ -7,6 +8,8 @@ Steer steer_create(const System *system) {
                    .held = arena_push(system->arena, unsigned char, system->place_count),
                    .held_places = arena_push(system->arena, int, system->place_count),
                    .targets = arena_push(system->arena, double, 3 * system->place_count),
+                   .before = arena_push(system->arena, double, 3 * system->place_count),
+                   .force = arena_push(system->arena, double, 3 * system->place_count),
                    .placed = arena_push(system->arena, Placed, system->handle_count),
                    .turns = arena_push(system->arena, unsigned char, system->cloth_count),
                    .ghost_force = arena_push(system->arena, double, 3 * system->place_count),
@@ -28,6 +31,8 @@ void steer_begin(Steer *s, const State *state) {
         }
     }
     memcpy(s->v_held, state->v, 3 * (size_t)s->system->place_count * sizeof *s->v_held);
+    steer_place_targets(s, state->time);
+    s->targets_move = true;
 }
 
 /* Targets of a handle that rests stay; where two handles hold the same place the later one counts, so
@@ -35,6 +40,10 @@ void steer_begin(Steer *s, const State *state) {
 void steer_place_targets(Steer *s, double time) {
     const System *system = s->system;
     bool again = !s->targets_known;
+    for (int k = 0; k < s->held_count && s->targets_move; k++) {
+        size_t i = 3 * (size_t)s->held_places[k];
+        memcpy(s->before + i, s->targets + i, 3 * sizeof *s->before);
+    }
     for (int h = 0; h < system->handle_count && !again; h++) {
         again = s->placed[h].holds != (time <= system->handles[h].def->release);
     }
@@ -49,6 +58,7 @@ void steer_place_targets(Steer *s, double time) {
         }
     }
     s->targets_known = true;
+    s->targets_move = again;
 }
 
 void steer_take_forces(Steer *s, const Lanes *lanes, const int *slot, int c) {
@@ -71,19 +81,34 @@ void steer_find_forces(Steer *s, int c, const double *x, double *gradient) {
     }
 }
 
+/* share of the way to where it should be by now that a place does not go in dt */
+static double share_left(const Steer *s, const Lanes *lanes, int i, int slot, double dt) {
+    double square = 0.0, most = STEER_CATCH_UP * dt;
+    for (int a = 0; a < 3; a++) {
+        double behind = s->before[3 * i + a] - lanes->x[a][slot];
+        square += behind * behind;
+    }
+    return square > most * most ? 1.0 - most / sqrt(square) : 0.0;
+}
+
 static void steer_place(Steer *s, const Lanes *lanes, int i, int slot, const SweepKick *kick,
                         double dt, double *work) {
     double mass = s->system->mass[i], *v_held = s->v_held + 3 * i;
+    double left = share_left(s, lanes, i, slot, dt);
     double push[3] = {kick->push.x, kick->push.y, kick->push.z};
     for (int a = 0; a < 3; a++) {
         double *v = &lanes->v[a][slot];
-        double moved = s->targets[3 * i + a] - lanes->x[a][slot];
+        double x = lanes->x[a][slot], moved = s->targets[3 * i + a] - x;
+        if (left > 0.0) {
+            moved -= left * (s->before[3 * i + a] - x);
+        }
         if (moved == 0.0) {
-            *v = v_held[a] = 0.0;
+            *v = v_held[a] = s->force[3 * i + a] = 0.0;
             continue;
         }
         double force = mass > 0.0 ? mass * ((*v / kick->keep - v_held[a]) / kick->dt - push[a])
                                   : s->ghost_force[3 * i + a];
+        s->force[3 * i + a] = force;
         *work -= force * moved;
         *v = v_held[a] = moved / dt;
     }
@@ -100,9 +125,22 @@ void steer_cloth(Steer *s, const Lanes *lanes, const int *slot, int c, const Swe
     }
 }
 
-void steer_end(const Steer *s, double *v) {
+void steer_changed(Steer *s, const Lanes *lanes, const int *slot, double dt, double *work) {
     for (int k = 0; k < s->held_count; k++) {
-        memcpy(v + 3 * (size_t)s->held_places[k], s->v_held + 3 * (size_t)s->held_places[k],
-               3 * sizeof *v);
+        int i = s->held_places[k];
+        for (int a = 0; a < 3; a++) {
+            double v = lanes->v[a][slot[i]], *v_held = &s->v_held[3 * i + a];
+            *work -= s->force[3 * i + a] * (v - *v_held) * dt;
+            *v_held = v;
+        }
+    }
+}
+
+void steer_end(const Steer *s, const Lanes *lanes, const int *slot) {
+    for (int k = 0; k < s->held_count; k++) {
+        int i = s->held_places[k];
+        for (int a = 0; a < 3; a++) {
+            lanes->v[a][slot[i]] = s->v_held[3 * i + a];
+        }
     }
 }

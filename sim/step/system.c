@@ -5,7 +5,7 @@
 
 const char statistic_names[] =
     "asleep\nsteps\nretries\nstep_length\nnewton_iterations\nfactorisations\nresidual\n"
-    "kinetic\nelastic\ngravity\ncontact\nwork\nstretch\nsmallest_gap\nsmallest_self_gap\n"
+    "kinetic\nelastic\ngravity\ncontact\nwork\nstretch\nbehind\nsmallest_gap\nsmallest_self_gap\n"
     "truncations\nimpulses\nlag\npairs\nevaluations\nrebuilds\nrounds\nzones\nzone_vertices\n"
     "friction\ndamping\nguard\nsides\nfabric\ndrag\nnumerical\napproach\ncpu\nseconds\ncontact_"
     "seconds\nsearch_seconds\n";
@@ -424,6 +424,20 @@ double system_stretch(const System *system, const double *x, int *cloth) {
                 most = fmax(most, fmax(u, v));
             }
         }
+    }
+    return most;
+}
+
+double system_behind(const System *system, const double *x, double time, double *scratch,
+                     int *place) {
+    double most = 0.0;
+    *place = 0;
+    memcpy(scratch, x, 3 * (size_t)system->place_count * sizeof *x);
+    system_place_held(system, time, scratch);
+    for (int i = 0; i < system->place_count; i++) {
+        Vec3 way = vec3_sub(vec3_load(scratch + 3 * (size_t)i), vec3_load(x + 3 * (size_t)i));
+        *place = vec3_length(way) > most ? i : *place;
+        most = fmax(most, vec3_length(way));
     }
     return most;
 }

@@ -71,6 +71,7 @@ typedef struct Statistics {
     double kinetic, elastic, gravity, contact;          /* [J] at the end of the frame */
     double work;                                        /* [J] done by handles during the frame */
     double stretch; /* largest of a lattice's cell along its threads at the end of the frame */
+    double behind;  /* [m] largest way from a held place to where its handle is, likewise */
     double smallest_gap, smallest_self_gap; /* [m] to obstacles, of cloth to cloth; INFINITY: none
                                                was near */
     double truncations, impulses, lag;      /* guard; lag [s] of the slowest obstacle */
@@ -113,6 +114,10 @@ void system_place_held(const System *system, double time, double *x);
 /* Largest stretch of a cell along its threads, over all lattices (0: none is longer than at rest), and
  * the cloth that has it. */
 double system_stretch(const System *system, const double *x, int *cloth);
+
+/* [m] Largest way from a held place to where its handle is at `time`, and the place. scratch: (place_count x 3) */
+double system_behind(const System *system, const double *x, double time, double *scratch,
+                     int *place);
 
 double system_elastic_energy(const System *system, const double *x);
 void system_add_gradient(const System *system, const double *x, double *gradient);
