@@ -149,7 +149,7 @@ static void test_impulses(void **unused) {
     sides_find(&p.sides, &p.lanes, p.held, true, dt);
     Vec3 angular[2], before = momentum(&p, &angular[0]);
     kick_sides(&p, dt, 1.0);
-    double taken = sides_work(&p.sides, &p.lanes);
+    double taken = sides_work(&p.sides, &p.lanes).taken;
     Vec3 after = momentum(&p, &angular[1]);
     assert_true(taken != 0.0);
     CHECK_AT_MOST(vec3_length(vec3_sub(after, before)), 1e-15);

@@ -16,6 +16,11 @@ Bounds bounds_create(const Steer *steer, const SweepLattice *lattices, const int
 
 static int cloth_count(const Bounds *b) { return b->steer->system->cloth_count; }
 
+static void add_work(Bounds *b, SidesWork work) {
+    b->taken += work.taken;
+    b->handles += work.handles;
+}
+
 /* [J] now, of all cells */
 static double stored(Bounds *b) {
     double energy = 0.0;
@@ -35,6 +40,7 @@ void bounds_begin(Bounds *b, const int *slot, bool enters) {
     }
     double begins = stored(b); /* forgets what was listed before */
     b->taken = begins;
+    b->handles = 0.0;
 }
 
 double bounds_hidden(Bounds *b) {
@@ -55,7 +61,7 @@ double bounds_end(Bounds *b) {
 void bounds_find(Bounds *b, bool all, double kick_time) {
     for (int c = 0; c < cloth_count(b); c++) {
         const unsigned char *held = b->steer->held + b->steer->system->first[c];
-        b->taken += sides_find(&b->sides[c], b->lanes, held, all, kick_time);
+        add_work(b, sides_find(&b->sides[c], b->lanes, held, all, kick_time));
         limit_see(&b->limits[c], held);
     }
 }
@@ -76,13 +82,13 @@ void bounds_hold(Bounds *b, double dt, double share) {
             inertia_spread_blocks(&b->inertia, &b->lattices[c], b->lanes, c, SIDES_SCALED_MOBILITY,
                                   &sides->blocks, b->grain[c]);
         }
-        b->taken += limit_hold(&b->limits[c], b->lanes, dt);
+        b->taken += limit_hold(&b->limits[c], b->lanes, dt, &b->handles);
     }
 }
 
 void bounds_count(Bounds *b) {
     for (int c = 0; c < cloth_count(b); c++) {
-        b->taken += sides_work(&b->sides[c], b->lanes);
+        add_work(b, sides_work(&b->sides[c], b->lanes));
         sides_forget(&b->sides[c]);
     }
 }

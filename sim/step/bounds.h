@@ -15,7 +15,8 @@ typedef struct Bounds {
     Sides *sides;  /* (cloth_count) all zero where they are free */
     Limit *limits; /* (cloth_count) of springs; all zero where there is none */
     Inertia inertia;
-    double taken; /* [J] of this interval: work on the bounds, and what sides held at its start */
+    double taken;   /* [J] of this interval: work on the bounds, and what sides held at its start */
+    double handles; /* [J] of it, by the nodes that handles hold */
 } Bounds;
 
 /* slot: (place_count); `chunks` of rows, at most. */

@@ -586,7 +586,7 @@ ExplicitResult explicit_interval(Explicit *e, const ExplicitRun *run, State *sta
         result.contact = *contact_statistics(e->contact);
     }
     result.energy_gain = after - before + e->damped - result.contact.stiffened;
-    result.work += result.contact.work;
+    result.work += result.contact.work + e->bounds.handles;
     result.drag -= e->air_work;
     result.blown = e->air_work;
     return result;

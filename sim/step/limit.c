@@ -105,7 +105,8 @@ static double excess(Vec3 d, Vec3 u, double longest) {
 }
 
 /* the impulse that lets the spring have its longest length after dt */
-static double hold_spring(const Limit *l, const SpringLimit *s, const Lanes *lanes, double dt) {
+static double hold_spring(const Limit *l, const SpringLimit *s, const Lanes *lanes, double dt,
+                          double *handles) {
     int a = l->slot[s->a], b = l->slot[s->b];
     Vec3 apart = vec3_sub(load(lanes->v, b), load(lanes->v, a));
     Vec3 now = vec3_sub(load(lanes->x, b), load(lanes->x, a)), d = vec3_axpy(now, dt, apart);
@@ -121,15 +122,17 @@ static double hold_spring(const Limit *l, const SpringLimit *s, const Lanes *lan
     Vec3 impulse = vec3_scale(excess(d, u, s->longest) / (dt * mobility), u);
     push(lanes, a, first, impulse);
     push(lanes, b, -second, impulse);
+    *handles -= first > 0.0 ? 0.0 : vec3_dot(impulse, load(lanes->v, a));
+    *handles += second > 0.0 ? 0.0 : vec3_dot(impulse, load(lanes->v, b));
     /* times the mean of the velocities before and after */
     return vec3_dot(impulse, vec3_axpy(apart, -0.5 * mobility, impulse));
 }
 
-double limit_hold(const Limit *l, const Lanes *lanes, double dt) {
+double limit_hold(const Limit *l, const Lanes *lanes, double dt, double *handles) {
     double taken = 0.0;
     for (int round = 0; round < l->rounds; round++) {
         for (int k = 0; k < l->count; k++) {
-            taken += hold_spring(l, &l->springs[l->order[k]], lanes, dt);
+            taken += hold_spring(l, &l->springs[l->order[k]], lanes, dt, handles);
         }
     }
     return taken;

@@ -31,7 +31,8 @@ Limit limit_create(const Cloth *cloth, const int *slot, Arena *arena);
 /* These nodes (node_count) are held from now on. */
 void limit_see(Limit *limit, const unsigned char *held);
 
-/* Before a drift of dt: changes lanes->v. Returns the kinetic energy [J] that it took. */
-double limit_hold(const Limit *limit, const Lanes *lanes, double dt);
+/* Before a drift of dt: changes lanes->v. Returns the kinetic energy [J] that it took, and adds what handles gave
+ * with the nodes that they hold. */
+double limit_hold(const Limit *limit, const Lanes *lanes, double dt, double *handles);
 
 #endif

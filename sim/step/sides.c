@@ -50,6 +50,18 @@ static inline void find_corners(const SweepLattice *l, int i, int at, int stride
     corner[2] = corner[0] + stride, corner[3] = corner[1] + stride;
 }
 
+/* [m/s] that of held nodes alone */
+static inline double held_growth(const BoundSide *side, const Lanes *lanes) {
+    double sum = 0.0;
+    for (int k = 0; k < 4; k++) {
+        int s = side->slot[k];
+        Vec3 v = vec3(lanes->v[0][s], lanes->v[1][s], lanes->v[2][s]);
+        double along = vec3_dot(side->slope[k / 2], v);
+        sum += side->mobility[k] > 0.0 ? 0.0 : k % 2 == 0 ? -along : along;
+    }
+    return sum;
+}
+
 /* the marked cells of a row */
 static int choose_cells(const Sides *sides, const SidesShare *share, int j) {
     const SweepLattice *l = sides->lattice;
@@ -114,6 +126,7 @@ static void set_side(const Sides *sides, const Lanes *lanes, const unsigned char
     side->most = found.most;
     side->stiffness = side_bound_stiffness(l, k / 2);
     side->before = growth(side, lanes);
+    side->held_before = held_growth(side, lanes);
     side->impulse = 0.0;
 }
 
@@ -138,13 +151,19 @@ static void push_sides(SidesShare *share, const Lanes *lanes, int first, int end
     }
 }
 
-static double work_of(const SidesShare *share, const Lanes *lanes) {
-    double work = 0.0;
+static SidesWork work_of(const SidesShare *share, const Lanes *lanes) {
+    SidesWork work = {0.0, 0.0};
     for (int k = 0; k < share->count; k++) {
         const BoundSide *side = &share->list[k];
-        work += 0.5 * side->impulse * (side->before + growth(side, lanes));
+        work.taken += 0.5 * side->impulse * (side->before + growth(side, lanes));
+        work.handles += 0.5 * side->impulse * (side->held_before + held_growth(side, lanes));
     }
     return work;
+}
+
+static void add_work(SidesWork *sum, const SidesWork *work) {
+    sum->taken += work->taken;
+    sum->handles += work->handles;
 }
 
 typedef struct FindJob {
@@ -238,24 +257,24 @@ static void settle_share(const FindJob *job, SidesShare *share, int k) {
     mark_sides(sides, share, pushed, share->count);
 }
 
-double sides_find(Sides *sides, const Lanes *lanes, const unsigned char *held, bool all,
-                  double kick_time) {
+SidesWork sides_find(Sides *sides, const Lanes *lanes, const unsigned char *held, bool all,
+                     double kick_time) {
     const SweepLattice *l = sides->lattice;
+    SidesWork work = {0.0, 0.0};
     if (!l) {
-        return 0.0;
+        return work;
     }
     if (all) {
         sweep_wrap_rows(l, lanes->x);
     }
     FindJob job = {sides, lanes, held, all, kick_time};
     for_shares(sides, find_chunk, &job);
-    double work = 0.0;
     sides->count = 0;
     for (int k = 0; k < sides->share_count; k++) {
         SidesShare *share = &sides->shares[k];
         settle_share(&job, share, k);
         sides->count += share->count;
-        work += share->work;
+        add_work(&work, &share->work);
     }
     return work;
 }
@@ -348,10 +367,11 @@ double sides_energy(const Sides *sides) {
     return energy;
 }
 
-double sides_work(const Sides *sides, const Lanes *lanes) {
-    double work = 0.0;
+SidesWork sides_work(const Sides *sides, const Lanes *lanes) {
+    SidesWork work = {0.0, 0.0};
     for (int m = 0; m < sides->share_count; m++) {
-        work += work_of(&sides->shares[m], lanes);
+        SidesWork one = work_of(&sides->shares[m], lanes);
+        add_work(&work, &one);
     }
     return work;
 }

@@ -28,8 +28,15 @@ typedef struct BoundSide {
     double most;        /* [m] at which it yields */
     double stiffness;   /* [N/m] */
     double before;      /* [m/s] growth of the excess before the kick */
+    double held_before; /* [m/s] the part of it that handles make */
     double impulse;     /* [N s] of this kick */
 } BoundSide;
+
+/* [J] */
+typedef struct SidesWork {
+    double taken;   /* that was done on the bound */
+    double handles; /* that handles did for it: with their nodes, which it cannot move */
+} SidesWork;
 
 /* Those of some rows of cells, which a thread works on by itself: all but the last row of each share has
  * no node in common with another. Room for one row of cells. */
@@ -38,7 +45,7 @@ typedef struct SidesShare {
     BoundSide *list;
     int count, inner, room;
     bool full;           /* there are more: the room grows, and its rows are looked at again */
-    double work;         /* [J] that was done on those listed before */
+    SidesWork work;      /* of those listed before */
     int *cells, *beyond; /* (nu), (4 nu) columns; 4 column + side */
     double *buffer;      /* a row */
 } SidesShare;
@@ -61,8 +68,8 @@ Sides sides_create(const SweepLattice *lattice, double *const pulled[3], Arena *
 /* Before a kick of `kick_time` [s]: lists the sides of the cells that the last kick saw, or of all, and adds
  * their forces to lanes->f; 0: none. `held` (nu x nv) nodes have no mobility. Returns sides_work of those
  * listed before. */
-double sides_find(Sides *sides, const Lanes *lanes, const unsigned char *held, bool all,
-                  double kick_time);
+SidesWork sides_find(Sides *sides, const Lanes *lanes, const unsigned char *held, bool all,
+                     double kick_time);
 
 /* [J] stored in the sides of the list. */
 double sides_energy(const Sides *sides);
@@ -71,9 +78,9 @@ double sides_energy(const Sides *sides);
  * lattice by SIDES_SCALED_MOBILITY of the changes that it leaves in `pulled`, to be spread. */
 void sides_hold(Sides *sides, const Lanes *lanes, double dt, double share);
 
-/* With the velocities of the drift: the work [J] that was done on the bound, its force times the mean of
+/* With the velocities of the drift: the work on the bound, its force times the mean of
  * the velocities before the kick and now (to first order in dt where an interval halves the kick). */
-double sides_work(const Sides *sides, const Lanes *lanes);
+SidesWork sides_work(const Sides *sides, const Lanes *lanes);
 
 /* None is listed any more. */
 void sides_forget(Sides *sides);
