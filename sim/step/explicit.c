@@ -22,6 +22,9 @@
 #define BURST_SHARE 5.0
 #define BURST_STEP 1.25  /* of its speed: lists grow with a power of it */
 #define BURST_LEAST 0.01 /* of its size: how high that lifts the cloth, where nothing is at hand */
+/* ... or where a step is so many times the limit of the cloth as it is stretched: where handles pull, most of what is
+ * at hand is theirs, and the energy says so too late. */
+#define BURST_LIMITS 1.2
 /* a drift repeats nothing: chunks are parts of those of the kick */
 #define DRIFT_PARTS 3
 
@@ -464,14 +467,17 @@ static bool kill_at_peak(Explicit *e, const ExplicitRun *run, double *kinetic_be
 }
 
 /* Asked whenever the fastest has become faster by BURST_STEP. `before` [J]: at the start. */
-static bool bursts(Explicit *e, const ExplicitResult *result, double before) {
+static bool bursts(Explicit *e, const ExplicitRun *run, const ExplicitResult *result,
+                   double before) {
     const System *system = e->system;
     gather(e, 0, system->place_count, e->lanes.x, e->x);
+    double limits = run->dt / e->limit[run->scaled];
+    double square = limits * limits * system_stiffening(system, e->x, e->limit[0]);
     double now = kinetic_now(e) + system_gravity_energy(system, e->x, e->steer.held);
     double given = fabs(result->work) + fabs(e->air_work);
     given += e->contact ? fabs(contact_statistics(e->contact)->work) : 0.0;
     double at_hand = result->energy_scale + given + BURST_LEAST * system->weight * system->size;
-    return now - before > BURST_SHARE * at_hand;
+    return square > BURST_LIMITS * BURST_LIMITS || now - before > BURST_SHARE * at_hand;
 }
 
 static void run_steps(Explicit *e, const ExplicitRun *run, const State *state, double before,
@@ -497,7 +503,7 @@ static void run_steps(Explicit *e, const ExplicitRun *run, const State *state, d
         result->fastest = fmax(result->fastest, fastest);
         if (fastest > BURST_STEP * asked && !run->kinetic_damping) {
             asked = fastest;
-            result->fastest = bursts(e, result, before) ? INFINITY : result->fastest;
+            result->fastest = bursts(e, run, result, before) ? INFINITY : result->fastest;
         }
         if (!isfinite(result->fastest) || !isfinite(fastest)) {
             return;
