@@ -2,8 +2,8 @@
 
 #include <math.h>
 
-/* What is held apart, over the cloth between: rubber tears at seven. Without a limit steps are shortened in vain, for a
- * minute and more where contact has to part cloth that draws together beside the pull. */
+/* What is held apart, over the cloth between: rubber tears at seven. Beyond, steps are shortened in vain or dear: contact
+ * has to part cloth that draws together beside the pull. */
 #define MOST_STRETCH 10.0
 
 #define MOST_SWEEPS 20 /* over all triangles: rows of a lattice need a few */
