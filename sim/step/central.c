@@ -1,6 +1,7 @@
 /* central.c: velocity Verlet (central difference), the explicit road; and symplectic Euler, which
  * takes whole kicks. */
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "sim/step/explicit.h"
@@ -173,32 +174,43 @@ static double unguarded_after(const State *state, const ExplicitResult *result, 
     return guarded(result) > 0.0 ? fmin(state->unguarded, 0.0) : state->unguarded + interval;
 }
 
+#define MUCH_STRETCH                                                                               \
+    0.1 /* more may be why it stops: no step helps a handle that pulls cloth apart */
+
+/* Why no step did; `state`: the last that was good. */
 static bool say_why(const System *system, const Central *central, const State *state,
                     double shortest, const ExplicitResult *result, Error *error) {
     const char *name = central->symplectic_euler ? "symplectic_euler" : "central";
+    char stretched[120] = "";
+    int cloth;
+    double stretch = system_stretch(system, state->x, &cloth);
+    if (stretch > MUCH_STRETCH) {
+        snprintf(stretched, sizeof stretched, "; cloth '%.40s' is stretched by %.0f %% then",
+                 system->cloths[cloth].def->name, 100.0 * stretch);
+    }
     if (result->contact.rejected && system->contact.impulses) {
         return error_set(error, EXIT_DIFFERS,
                          "%s: no step down to %.2g s parts the cloth by impulses from t = %g s on: "
-                         "impact zones would glue more than 2 %% of it; 'contact: penalty' may",
-                         name, shortest, state->time);
+                         "impact zones would glue more than 2 %% of it; 'contact: penalty' may%s",
+                         name, shortest, state->time, stretched);
     }
     if (result->contact.rejected) {
         return error_set(error, EXIT_DIFFERS,
                          "%s: no step down to %.2g s is so short that nothing leaps in it, from "
-                         "t = %g s on",
-                         name, shortest, state->time);
+                         "t = %g s on%s",
+                         name, shortest, state->time, stretched);
     }
     if (!result->finite) {
         return error_set(
             error, EXIT_DIFFERS,
-            "%s: no step down to %.2g s keeps the cloth from bursting, from t = %g s on", name,
-            shortest, state->time);
+            "%s: no step down to %.2g s keeps the cloth from bursting, from t = %g s on%s", name,
+            shortest, state->time, stretched);
     }
     return error_set(error, EXIT_DIFFERS,
                      "%s: no step down to %.2g s keeps the energy from t = %g s on (it rose by "
-                     "%.3g J more than the work done)",
+                     "%.3g J more than the work done)%s",
                      name, shortest, state->time,
-                     result->energy_gain - result->work - result->blown);
+                     result->energy_gain - result->work - result->blown, stretched);
 }
 
 static void record(const System *system, const State *state, const ExplicitRun *run,
