@@ -121,8 +121,7 @@ static bool check_depth(const System *system, const Deepest *deepest, const Push
 
 static Crossings count_crossings(const System *system, const double *x, Arena *scratch) {
     CrossingMesh cloth = system_mesh(system, x, scratch);
-    return system->contact.self ? crossing_count_self(&cloth, scratch)
-                                : (Crossings){0, {-1, -1}};
+    return system->contact.self ? crossing_count_self(&cloth, scratch) : (Crossings){0, {-1, -1}};
 }
 
 /* Cloth that crosses cloth is pulled apart, as far as that goes; returns the vertices moved. */

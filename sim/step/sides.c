@@ -1,5 +1,7 @@
 #include "sim/step/sides.h"
 
+#include <string.h>
+
 #include "sim/base/parallel.h"
 #include "sim/base/quad.h"
 
@@ -126,7 +128,6 @@ static void set_side(const Sides *sides, const Lanes *lanes, const unsigned char
     side->most = found.most;
     side->stiffness = side_bound_stiffness(l, k / 2);
     side->before = growth(side, lanes);
-    side->held_before = held_growth(side, lanes);
     side->impulse = 0.0;
 }
 
@@ -156,7 +157,11 @@ static SidesWork work_of(const SidesShare *share, const Lanes *lanes) {
     for (int k = 0; k < share->count; k++) {
         const BoundSide *side = &share->list[k];
         work.taken += 0.5 * side->impulse * (side->before + growth(side, lanes));
-        work.handles += 0.5 * side->impulse * (side->held_before + held_growth(side, lanes));
+    }
+    for (int k = 0; k < share->held_count; k++) {
+        const BoundSide *side = &share->list[share->held[k].side];
+        double mean = 0.5 * (share->held[k].before + held_growth(side, lanes));
+        work.handles += side->impulse * mean;
     }
     return work;
 }
@@ -178,7 +183,7 @@ static void add_row(const FindJob *job, SidesShare *share, int j) {
     const Sides *sides = job->sides;
     const SweepLattice *l = sides->lattice;
     int cells = sides->seen.row[j] ? choose_cells(sides, share, j) : 0;
-    int count = choose_sides(l, share, job->lanes, j, cells);
+    int count = choose_sides(l, share, job->lanes, j, cells), first = share->count;
     if (share->count + count > share->room) {
         share->full = true;
         return;
@@ -189,11 +194,20 @@ static void add_row(const FindJob *job, SidesShare *share, int j) {
         set_side(sides, job->lanes, job->held, i, j, share->beyond[n] % 4, side);
         share->count += side->excess > 0.0;
     }
+    /* a row of nodes and the next one */
+    bool held = count > 0 && memchr(job->held + j * l->nu, 1, 2 * (size_t)l->nu);
+    for (int k = first; k < share->count && held; k++) {
+        const double *w = share->list[k].mobility;
+        if (w[0] == 0.0 || w[1] == 0.0 || w[2] == 0.0 || w[3] == 0.0) {
+            double before = held_growth(&share->list[k], job->lanes);
+            share->held[share->held_count++] = (HeldSide){k, before};
+        }
+    }
 }
 
 static void find_rows(const FindJob *job, SidesShare *share, int first, int end) {
     bool last = end + 1 == job->sides->lattice->nv;
-    share->count = share->inner = 0;
+    share->count = share->inner = share->held_count = 0;
     share->full = false;
     for (int j = first; j < end; j++) {
         share->inner = j + 1 < end ? share->inner : share->count;
@@ -250,6 +264,7 @@ static void settle_share(const FindJob *job, SidesShare *share, int k) {
     while (share->full) {
         share->room = 2 * share->room + 64;
         share->list = arena_push(sides->arena, BoundSide, share->room);
+        share->held = arena_push(sides->arena, HeldSide, share->room);
         find_rows(job, share, k * SHARE_ROWS,
                   min_int(sides->lattice->nv - 1, (k + 1) * SHARE_ROWS));
     }
@@ -378,7 +393,7 @@ SidesWork sides_work(const Sides *sides, const Lanes *lanes) {
 
 void sides_forget(Sides *sides) {
     for (int m = 0; m < sides->share_count; m++) {
-        sides->shares[m].count = sides->shares[m].inner = 0;
+        sides->shares[m].count = sides->shares[m].inner = sides->shares[m].held_count = 0;
     }
     sides->count = 0;
 }

@@ -28,9 +28,14 @@ typedef struct BoundSide {
     double most;        /* [m] at which it yields */
     double stiffness;   /* [N/m] */
     double before;      /* [m/s] growth of the excess before the kick */
-    double held_before; /* [m/s] the part of it that handles make */
     double impulse;     /* [N s] of this kick */
 } BoundSide;
+
+/* A side of the list with a node that a handle holds. */
+typedef struct HeldSide {
+    int side;
+    double before; /* [m/s] growth of its excess by such nodes before the kick */
+} HeldSide;
 
 /* [J] */
 typedef struct SidesWork {
@@ -44,6 +49,8 @@ typedef struct SidesShare {
     /* (count) `inner` of them of rows that are its own, then those of the last row */
     BoundSide *list;
     int count, inner, room;
+    HeldSide *held; /* (held_count) */
+    int held_count;
     bool full;           /* there are more: the room grows, and its rows are looked at again */
     SidesWork work;      /* of those listed before */
     int *cells, *beyond; /* (nu), (4 nu) columns; 4 column + side */
