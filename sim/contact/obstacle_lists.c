@@ -478,9 +478,9 @@ static void list_due(Contact *c) {
     c->look.touch_count = 0;
     for (int k = 0; k < c->look.group_count; k++) {
         const GroupTouch *group = &c->touches.groups[c->look.groups[k]];
-        memcpy(c->look.touches + c->look.touch_count, c->touches.near + group->begin,
-               (size_t)group->near_count * sizeof *c->look.touches);
-        c->look.touch_count += group->near_count;
+        for (int m = 0; m < group->near_count; m++) {
+            c->look.touches[c->look.touch_count++] = c->touches.near[group->begin + m];
+        }
     }
 }
 
