@@ -504,6 +504,9 @@ bool quiet_has_room(Contact *c, double dt) {
     double most = quiet->close && !was_close ? QUIET_FRAMED * QUIET_FASTER : QUIET_FASTER;
     double fast = most * dt * approach(c), own = dt * fastest_obstacle(c);
     double step = most * dt * quiet->speeds.relative;
+    if (quiet->close && !motion->framed) { /* the drift will say no more than that */
+        step = QUIET_FASTER * dt * 2.0 * quiet->speeds.fastest;
+    }
     quiet->near_step = quiet->far_step = INFINITY;
     if (quiet->far_path + fast + own >= quiet->far_room && c->def->obstacle_count == 0 &&
         quiet->far_path - quiet->far_seen > CONTACT_QUIET_FAR_STEPS * fast) {

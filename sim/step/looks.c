@@ -172,5 +172,10 @@ static double relative_now(void *owner) {
 }
 
 ContactMotion looks_motion(Looks *looks) {
-    return (ContactMotion){fastest_now, mark_places, spread_now, mutual_now, relative_now, looks};
+    bool framed = true;
+    for (int c = 0; c < looks->system->cloth_count; c++) {
+        framed = framed && (looks->lattices[c].nu > 0 || looks->system->cloths[c].panel.nu == 0);
+    }
+    return (ContactMotion){fastest_now,  mark_places, spread_now, mutual_now,
+                           relative_now, framed,      looks};
 }

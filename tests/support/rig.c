@@ -106,7 +106,8 @@ void rig_make(Rig *r, int nodes, bool sleeve, Vec3 centre) {
 }
 
 bool rig_begin(Rig *r) {
-    ContactMotion motion = {rig_fastest, rig_mark, rig_spread, rig_moved_mutually, rig_relative, r};
+    ContactMotion motion = {rig_fastest,  rig_mark,     rig_spread, rig_moved_mutually,
+                            rig_relative, !r->unframed, r};
     contact_begin(r->contact, (ContactView){&r->lanes, r->slot, r->held, 1.0, motion, r->continues},
                   &r->memory, RIG_STEP);
     return r->contact->quiet.holds;
@@ -153,16 +154,26 @@ static double farthest_moved(const Rig *r) {
     return sqrt(square);
 }
 
+/* velocities that lead to the places of the programme a step after `time` */
+static void set_out(Rig *r, RigProgramme *programme, double time) {
+    for (int i = 0; i < rig_count(r); i++) {
+        Vec3 v = vec3_sub(programme(r, i, time + RIG_STEP), programme(r, i, time));
+        r->lanes.v[0][i] = v.x / RIG_STEP, r->lanes.v[1][i] = v.y / RIG_STEP;
+        r->lanes.v[2][i] = v.z / RIG_STEP;
+    }
+}
+
 double rig_play(Rig *r, RigProgramme *programme, double seconds, int checks, double *least) {
     double time = 0.0;
     *least = INFINITY;
+    for (int i = 0; i < rig_count(r); i++) {
+        Vec3 p = programme(r, i, 0.0);
+        r->lanes.x[0][i] = p.x, r->lanes.x[1][i] = p.y, r->lanes.x[2][i] = p.z;
+    }
+    set_out(r, programme, 0.0);
     assert_true(rig_begin(r));
     for (int step = 0; time < seconds; step++, time = step * RIG_STEP) {
-        for (int i = 0; i < rig_count(r); i++) {
-            Vec3 v = vec3_sub(programme(r, i, time + RIG_STEP), rig_place(r, i));
-            r->lanes.v[0][i] = v.x / RIG_STEP, r->lanes.v[1][i] = v.y / RIG_STEP;
-            r->lanes.v[2][i] = v.z / RIG_STEP;
-        }
+        set_out(r, programme, time);
         contact_forces(r->contact, RIG_STEP, 1.0, time + RIG_STEP);
         contact_clear(r->contact, vec3(0, 0, 0));
         contact_guard(r->contact, RIG_STEP);
@@ -173,7 +184,11 @@ double rig_play(Rig *r, RigProgramme *programme, double seconds, int checks, dou
             Vec3 p = programme(r, i, time + RIG_STEP);
             r->lanes.x[0][i] = p.x, r->lanes.x[1][i] = p.y, r->lanes.x[2][i] = p.z;
         }
+        double most = 2.0 * rig_fastest(r);
         ContactSpeeds speeds = {rig_fastest(r), rig_mutual(r), rig_relative(r)};
+        if (r->unframed) {
+            speeds.mutual = speeds.relative = most;
+        }
         contact_drifted(r->contact, &speeds, RIG_STEP);
         CHECK_AT_MOST(rig_spread(r) - r->contact->quiet.near_path, 1e-12);
         if (r->def.obstacle_count == 0 && step % 10 == 0) {

@@ -20,6 +20,7 @@ typedef struct Rig {
     double *marked[3]; /* [m] */
     int ahead;         /* proofs that were ahead of the cloth */
     bool continues;
+    bool unframed; /* the drift bounds neighbours by the speeds of all nodes only */
     Contact *contact;
 } Rig;
 
