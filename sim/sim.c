@@ -33,24 +33,25 @@ bool sim_create(Sim *sim, const Scene *scene, const SimOptions *options, Error *
     }
     sim->stepper = stepper_choose(&sim->system, &sim->stepper_why);
     if (!sim->stepper) {
-        error_set(error, EXIT_BAD_INPUT, "%s: no stepper is called '%s'", scene->path,
-                  scene->solver.stepper);
+        error_set(error, EXIT_BAD_INPUT, "no stepper is called '%s'", scene->solver.stepper);
+        stepper_place(scene, error);
         sim_destroy(sim);
         return false;
     }
     if (sim->system.history_count > 0 && !sim->stepper->history) {
         error_set(error, EXIT_BAD_INPUT,
-                  "%s: stepper '%s' does not follow the path that 'hysteresis' remembers; use "
-                  "central, bdf2 or backward_euler",
-                  scene->path, sim->stepper->name);
+                  "stepper '%s' does not follow the path that 'hysteresis' remembers; use central, "
+                  "bdf2 or backward_euler",
+                  sim->stepper->name);
+        stepper_place(scene, error);
         return give_up(sim);
     }
     for (int c = 0; c < sim->system.cloth_count && !sim->stepper->limits; c++) {
         const Cloth *cloth = &sim->system.cloths[c];
         if (cloth->spring_limit_count > 0 || cloth->def->repel) {
-            error_set(error, EXIT_BAD_INPUT, "%s: '%s' needs the stepper central, not %s",
-                      scene->path, cloth->def->repel ? "repel" : "limit_rounds",
-                      sim->stepper->name);
+            error_set(error, EXIT_BAD_INPUT, "'%s' needs the stepper central, not %s",
+                      cloth->def->repel ? "repel" : "limit_rounds", sim->stepper->name);
+            stepper_place(scene, error);
             return give_up(sim);
         }
     }

@@ -473,7 +473,7 @@ static void test_three_phase_bits(void **unused) {
     assert_memory_equal(x[0], x[1], sizeof x[0]);
 }
 
-/* what cannot do contact says so instead of ignoring it */
+/* what cannot do contact says so instead of ignoring it, and where that stands */
 static void test_refusals(void **unused) {
     (void)unused;
     for (const Stepper *const *stepper = steppers; *stepper; stepper++) {
@@ -481,6 +481,7 @@ static void test_refusals(void **unused) {
         Bench b = {0};
         b.cloth = cloths_rectangle(0.3, 0.3, 6, 6, cloths_orthotropic());
         b.scene = cloths_scene(&b.cloth);
+        b.scene.solver.where = "a.yaml:7:9";
         bench_build(&b, 0);
         void *data;
         bool made = (*stepper)->create(&b.system, &data, &error);
@@ -490,6 +491,7 @@ static void test_refusals(void **unused) {
         } else if (!made) {
             assert_int_equal(error.code, EXIT_BAD_INPUT);
             assert_non_null(strstr(error.text, "self_contact: false"));
+            assert_ptr_equal(strstr(error.text, "a.yaml:7:9: error: stepper"), error.text);
         }
         arena_free(&b.arena);
     }

@@ -249,6 +249,14 @@ static uint64_t hash_scene(const Scene *scene) {
     return hash;
 }
 
+/* where the stepper stands, or the solver; NULL: neither is given */
+static const char *find_stepper(const Report *report, const Yaml *tree) {
+    const Yaml *solver = yaml_find(tree, "solver");
+    const Yaml *stepper = solver && solver->kind == YAML_MAP ? yaml_find(solver, "stepper") : NULL;
+    const Yaml *value = stepper ? stepper : solver;
+    return value ? report_where(report, value->place) : NULL;
+}
+
 static bool read_source(const Source *source, const SceneWords *words, SceneContext *context,
                         Error *error) {
     Scene *scene = context->scene;
@@ -266,6 +274,7 @@ static bool read_source(const Source *source, const SceneWords *words, SceneCont
     const Yaml *tree = source ? source_tree(&context->sources, source) : NULL;
     if (tree && check_version(&reader, tree)) {
         schema_read(&reader, &scene_schema, tree, scene);
+        scene->solver.where = find_stepper(report, tree);
     }
     if (!report_finish(report, error)) {
         return false;

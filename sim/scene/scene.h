@@ -157,6 +157,7 @@ typedef struct ObstacleDef {
 
 typedef struct SolverDef {
     const char *stepper;           /* name in steppers[]; "auto" */
+    const char *where;             /* "FILE:LINE:COLUMN" of the stepper, for messages; NULL */
     double step;                   /* [s] time step; 0 = the stepper's own choice */
     int newton_iterations, sweeps; /* of an implicit step, 2; of one of three_phase, 20 */
     double courant;                /* explicit step / stability limit; 0.8 */

@@ -32,6 +32,8 @@ const Stepper *stepper_find(const char *name);
 /* The stepper that a scene asks for; for "auto" that of choose.c. *why: one sentence. */
 const Stepper *stepper_choose(const System *system, const char **why);
 
+/* Puts the place of the stepper in the scene before the text of an error. Returns false. */
+bool stepper_place(const Scene *scene, Error *error);
 /* For steppers that move free cloth: false, with the reason. `without`: "obstacles" and what else they
  * do not know; `instead`: a stepper that has contact, or NULL. */
 bool stepper_refuse(const System *system, const char *name, const char *without,

@@ -35,13 +35,18 @@ const Stepper *stepper_find(const char *name) {
     return NULL;
 }
 
+bool stepper_place(const Scene *scene, Error *error) {
+    return error_place(error, scene->solver.where ? scene->solver.where : scene->path);
+}
+
 bool stepper_refuse(const System *system, const char *name, const char *without,
                     const char *instead, Error *error) {
-    return error_set(error, EXIT_BAD_INPUT,
-                     "%s: stepper '%s' moves free cloth only, without %s and with 'solver: "
-                     "{self_contact: false}'%s%s%s",
-                     system->scene->path, name, without, instead ? "; '" : "",
-                     instead ? instead : "", instead ? "' has contact" : "");
+    error_set(error, EXIT_BAD_INPUT,
+              "stepper '%s' moves free cloth only, without %s and with 'solver: {self_contact: "
+              "false}'%s%s%s",
+              name, without, instead ? "; '" : "", instead ? instead : "",
+              instead ? "' has contact" : "");
+    return stepper_place(system->scene, error);
 }
 
 bool stepper_stands_wind(const System *system, const char *name, Error *error) {
@@ -49,8 +54,9 @@ bool stepper_stands_wind(const System *system, const char *name, Error *error) {
     if (!air_has_faces(air) || vec3_length(air->wind) == 0.0) {
         return true;
     }
-    return error_set(error, EXIT_BAD_INPUT,
-                     "%s: stepper '%s' looks for rest, which wind on faces ('air: normal_drag', "
-                     "'density') does not leave; use central or bdf2, or 'air: drag' alone",
-                     system->scene->path, name);
+    error_set(error, EXIT_BAD_INPUT,
+              "stepper '%s' looks for rest, which wind on faces ('air: normal_drag', 'density') "
+              "does not leave; use central or bdf2, or 'air: drag' alone",
+              name);
+    return stepper_place(system->scene, error);
 }
