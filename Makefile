@@ -104,7 +104,7 @@ $(BUILD)/tests/%: $(BUILD)/tests/%.o $(call objects,$(TEST_SUPPORT)) $(SIM_OBJEC
 # ---- what users type ----
 
 .PHONY: help setup demo test unit check lint format format-check layers determinism sanitize coverage fuzz \
-	bench stress golden-accept film clean
+	fuzz-scenes bench stress golden-accept film clean
 
 help:
 	@echo "make            build both programs (config=release|debug|sanitize|coverage)"
@@ -116,6 +116,7 @@ help:
 	@echo "make bench      run time against error: build/bench/ (SUITE=name: one suite)"
 	@echo "make stress     abuse: build/stress/stress.csv"
 	@echo "make fuzz       fuzz the readers of scenes, states, meshes (SECONDS=60 each)"
+	@echo "make fuzz-scenes  whole scenes by lot, 10 minutes (SCENES=250 FIRST=1)"
 	@echo "make coverage   line coverage of the tests"
 	@echo "make format     clang-format over everything"
 	@echo "make golden-accept  new golden pictures, when they should change (CONTRIBUTING.md)"
@@ -194,6 +195,11 @@ $(BUILD)/tests/stress/stress: $(call objects,$(wildcard tests/stress/*.c)) \
 SECONDS ?= 60
 fuzz:
 	@scripts/fuzz.sh $(SECONDS)
+
+SCENES ?= 250
+FIRST ?= 1
+fuzz-scenes: all
+	@TOILE_BUILD=$(CURDIR)/$(BUILD) $(PYTHON) tests/fuzz/scenes.py --first $(FIRST) --count $(SCENES)
 
 golden-accept: all $(TESTS)
 	TOILE_GOLDEN_ACCEPT=1 scripts/run_tests.sh $(BUILD)/tests/test_render*
