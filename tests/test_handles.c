@@ -72,6 +72,34 @@ static void test_solids(void **unused) {
     }
 }
 
+/* The border of a disc, held, is led against a box that comes towards it. Impulses on triangles of which hardly
+ * anything is free stay away from it. */
+static void test_border(void **unused) {
+    (void)unused;
+    Play play;
+    play_start(
+        &play,
+        "toile: 1\nfilm: {rate: 30, seconds: 0.6}\ncloth:\n  disc:\n"
+        "    shape: {disc: {radius: 216 mm}}\n    spacing: 48 mm\n    noise: 0.73 mm\n"
+        "    fabric: {name: f, weight: 50 g/m2, thickness: 0.2 mm, isotropic: {stretch: "
+        "3000 N/m, poisson: 0.2, bending: 1e-4 N m}}\n"
+        "    at: [25 mm, 36 mm, 120 mm]\n    turn: {axis: [1, 1, 0], by: 45 deg}\n"
+        "    damping: 1 1/s\nhandles:\n  - hold: disc.border\n"
+        "    motion: {move: {by: [-77 mm, 98 mm, -55 mm], from: 0.02 s, to: 0.82 s}}\n"
+        "obstacles:\n  box: {box: {size: [122 mm, 206 mm, 147 mm], rounding: 5 mm}, at: [98 "
+        "mm, 66 mm, -107 mm],\n    motion: {move: {by: [-40 mm, 31 mm, -6 mm], from: 0.24 s, "
+        "to: 0.44 s}}, friction: 0}\nsolver: {stepper: central}\n");
+    double fastest = 0.0;
+    while (play.sim.state.time < 0.55) {
+        CHECK_AT_MOST(play_on(&play, play.sim.state.time + 0.03), 0.1);
+        for (int i = 0; i < play.sim.system.node_count; i++) {
+            fastest = fmax(fastest, vec3_length(play_v(&play, i)));
+        }
+    }
+    CHECK_AT_MOST(fastest, 50.0);
+    play_end(&play);
+}
+
 static double energy_of(const Play *play) {
     const Statistics *s = &play->sim.statistics;
     return s->kinetic + s->elastic + s->gravity + s->contact;
@@ -113,6 +141,6 @@ int main(int argc, char **argv) {
     (void)argc;
     parallel_fix_environment(argv);
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_floor), cmocka_unit_test(test_solids),
-                                       cmocka_unit_test(test_work)};
+                                       cmocka_unit_test(test_border), cmocka_unit_test(test_work)};
     return cmocka_run_group_tests_name("handles", tests, NULL, NULL);
 }

@@ -54,6 +54,9 @@
 #define CONTACT_LONG_SLACK 0.25 /* of the spacing, at most: neighbours come into reach beyond */
 #define CONTACT_FEW_PAIRS 8
 #define CONTACT_LEAST_SLACK 0.35  /* of dhat */
+/* of the mobility that a point would have if no handle held cloth at it: with less, impulses would throw what is
+ * free to stop what is not, and planes do instead */
+#define CONTACT_LEAST_FREE 0.01
 #define CONTACT_QUIET_STEPS 200.0 /* that a proof of quiet should hold: it costs some two steps */
 #define CONTACT_QUIET_SHORT_STEPS 20.0 /* ... at least */
 /* of what the last proof gave: what cannot be had is not looked for */

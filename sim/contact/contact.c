@@ -158,11 +158,13 @@ void contact_mark_changed(Contact *c, int place) {
 
 void contact_impulse(Contact *c, int count, const int *place, const double *weight, Vec3 normal,
                      Vec3 carried, double approach, double wanted) {
-    double mobility = 0.0;
+    double mobility = 0.0, whole = 0.0; /* as it is; if no handle held any */
     for (int a = 0; a < count; a++) {
-        mobility += weight[a] * weight[a] * contact_mobility(c, place[a]);
+        double square = weight[a] * weight[a];
+        mobility += square * contact_mobility(c, place[a]);
+        whole += place[a] < c->def->vertex_count ? square * c->weight_kept[place[a]] : 0.0;
     }
-    if (approach >= wanted || mobility <= 0.0) {
+    if (approach >= wanted || mobility <= CONTACT_LEAST_FREE * whole) {
         return;
     }
     double impulse = (wanted - approach) / mobility;
