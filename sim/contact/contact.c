@@ -110,7 +110,6 @@ Contact *contact_create(const ContactDef *def, Arena *arena) {
     c->losses = arena_push(arena, Loss, parallel_chunk_count(n, CONTACT_VERTEX_GRAIN));
     c->changed = arena_push(arena, int, n);
     c->kicked = arena_push(arena, Vec3, n);
-    c->taken = arena_push(arena, Vec3, n);
     c->is_changed = arena_push(arena, unsigned char, n);
     c->scale = arena_push(arena, double, n);
     c->weight_kept = arena_push(arena, double, n);
@@ -168,15 +167,12 @@ void contact_impulse(Contact *c, int count, const int *place, const double *weig
         return;
     }
     double impulse = (wanted - approach) / mobility;
-    double work = impulse * vec3_dot(normal, carried);
+    double work =
+        impulse * vec3_dot(normal, carried); /* [J] of what no impulse moves: solids, handles */
     c->statistics.impulses++;
-    c->statistics.work += work;
-    c->statistics.guard += work; /* is no loss */
     for (int a = 0; a < count; a++) {
-        bool takes = place[a] < c->def->vertex_count && c->held[place[a]] && weight[a] != 0.0;
-        if (takes && !c->impulses) {
-            contact_mark_changed(c, place[a]);
-            c->taken[place[a]] = vec3_axpy(c->taken[place[a]], impulse * weight[a], normal);
+        if (place[a] < c->def->vertex_count && c->held[place[a]] && !c->impulses) {
+            work -= impulse * weight[a] * vec3_dot(normal, contact_velocity(c, place[a]));
         }
         double share = impulse * weight[a] * contact_mobility(c, place[a]);
         if (share != 0.0) {
@@ -185,6 +181,8 @@ void contact_impulse(Contact *c, int count, const int *place, const double *weig
             vec3_store(c->v + 3 * (long)place[a], vec3_axpy(v, share, normal));
         }
     }
+    c->statistics.work += work;
+    c->statistics.guard += work; /* is no loss */
 }
 
 void contact_hold_back(Contact *c, int place, Vec3 away, double room, double dt) {

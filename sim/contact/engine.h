@@ -84,7 +84,6 @@ struct Contact {
     int changed_count;
     unsigned char *is_changed; /* (vertex_count) */
     Vec3 *kicked;              /* [m/s] (vertex_count) of those: before it did */
-    Vec3 *taken;               /* [N s] (vertex_count) of impulses, by those that a handle holds */
     double *scale;             /* (vertex_count) share of a motion that the planes leave */
 };
 

@@ -66,11 +66,7 @@ void contact_sum_losses(Contact *c) {
     }
     for (int k = 0; k < c->changed_count; k++) {
         int place = c->changed[k];
-        if (c->held[place]) { /* its handle works against the impulses, and loses nothing */
-            double work = -vec3_dot(c->taken[place], contact_velocity(c, place));
-            c->taken[place] = vec3(0, 0, 0);
-            s->work += work;
-            s->guard += work;
+        if (c->held[place]) { /* a handle loses nothing */
             continue;
         }
         Vec3 v = contact_velocity(c, place), kicked = c->kicked[place];
