@@ -7,7 +7,7 @@ A seed is a scene, from the whole language, as a user might write it. Demanded o
 
     the run ends with 0; or with 65 and FILE:LINE:COLUMN: error: ..., and the same from `check`
     all frames are there, their numbers finite, and nothing crosses anything in any of them
-    every third seed: the same bits with two threads
+    every third seed: the same bits with two threads and narrower vectors
     every third seed: the same bits after the run was killed and resumed
 
 A run that needs more CPU time than allowed is stopped, and what it made is judged. Scenes that fail stay
@@ -33,6 +33,7 @@ AXES = ("x", "y", "z", "-x", "-y", "-z", "[1, 1, 0]", "[0.3, -0.5, 1]")
 EXPLICIT = ("auto", "auto", "auto", "central", "central", "symplectic_euler")
 IMPLICIT = ("bdf2", "backward_euler", "static")
 FREE = ("midpoint", "rk4", "rk45", "one_solve", "relaxation", "stochastic", "three_phase")  # without contact
+WINDLESS = ("static", "relaxation", "stochastic", "three_phase")
 LATTICES = ("rectangle", "sleeve")
 KINDS = ("rectangle",) * 5 + ("scattered", "sleeve", "sleeve", "disc", "annulus", "polygon")
 REGIONS = {
@@ -242,8 +243,8 @@ def draw_solver(lot):
     return stepper, f"solver: {{{text}}}"
 
 
-def draw_air(lot):
-    if chance(lot, 0.3):
+def draw_air(lot, wind):
+    if wind and chance(lot, 0.3):
         return [f"air: {{density: 1.2 kg/m3, wind: {vector(lot, lot.choice((1, 8)), ' m/s')}}}"]
     if chance(lot, 0.3):
         return [f"air: {{drag: {lot.uniform(0, 0.2):.2f} kg/(m2 s)}}"]
@@ -267,7 +268,7 @@ def draw_scene(seed, meshes):
     count = 0 if stepper in FREE else lot.choice((0, 1, 1, 2, 2, 3))
     obstacles = [draw_obstacle(lot, f"o{o}", meshes) for o in range(count)]
     lines += ["obstacles:"] + obstacles if obstacles else []
-    lines += draw_air(lot)
+    lines += draw_air(lot, stepper not in WINDLESS)
     lines += [f"gravity: {vector(lot, 10, ' m/s2')}"] if chance(lot, 0.1) else []
     return "\n".join(lines + [solver]) + "\n", stepper
 
@@ -312,14 +313,16 @@ class Trial:
     def command(self, name, *options):
         return [SIM, "sim", self.scene, "-o", self.path(name), "--quiet", *options]
 
-    def start(self, *command):
-        done = subprocess.run(command, capture_output=True, text=True, preexec_fn=self.limit)
+    def start(self, *command, vectors=None):
+        environment = dict(os.environ, TOILE_VECTORS=vectors) if vectors else None
+        done = subprocess.run(command, capture_output=True, text=True, env=environment,
+                              preexec_fn=self.limit)
         need("runtime error:" not in done.stderr and "Sanitizer" not in done.stderr,
              "sanitizer: " + last_words(done.stderr))
         return done
 
-    def simulate(self, name, *options):
-        done = self.start(*self.command(name, *options))
+    def simulate(self, name, *options, vectors=None):
+        done = self.start(*self.command(name, *options), vectors=vectors)
         need(done.returncode == 0,
              f"{' '.join(options)}: exit code {done.returncode}: {last_words(done.stderr)}")
 
@@ -345,8 +348,10 @@ class Trial:
         need(done.returncode == 0, f"other bits {how}: {last_words(done.stdout + done.stderr)}")
 
     def judge_threads(self):
-        self.simulate("two", "--threads", "2")
-        self.judge_same("two", "with two threads")
+        """Two threads, and vectors of another width than the processor would choose."""
+        width = random.Random(self.seed).choice(("scalar", "sse2"))
+        self.simulate("two", "--threads", "2", vectors=width)
+        self.judge_same("two", f"with two threads and TOILE_VECTORS={width}")
 
     def judge_resumed(self, part):
         """Kills a run that has written that part of its bytes, and goes on with it."""
