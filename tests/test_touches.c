@@ -73,7 +73,7 @@ static void rig_make(Rig *r) {
 
 /* [J] of the contacts where the cloth lies on the arc, turned by `yaw`, and has gone `shift` [m] along it */
 static double rig_energy(Rig *r, double shift, double yaw) {
-    ContactMotion motion = {no_motion, where_it_is, no_motion, no_motion, no_motion, r};
+    ContactMotion motion = {no_motion, where_it_is, no_motion, no_motion, no_motion, true, r};
     for (int i = 0; i < r->def.vertex_count; i++) {
         double u = (i % NODES - NODES / 2) * SPACING, v = (i / NODES - NODES / 2) * SPACING;
         double along = cos(yaw) * u - sin(yaw) * v + shift, angle = along / RADIUS;

@@ -53,7 +53,7 @@
 #define CONTACT_LONG_SLACK_STEPS 100.0 /* where few pairs are found: they cost less than searches */
 #define CONTACT_LONG_SLACK 0.25 /* of the spacing, at most: neighbours come into reach beyond */
 #define CONTACT_FEW_PAIRS 8
-#define CONTACT_LEAST_SLACK 0.35  /* of dhat */
+#define CONTACT_LEAST_SLACK 0.35 /* of dhat */
 /* of the mobility that a point would have if no handle held cloth at it: with less, impulses would throw what is
  * free to stop what is not, and planes do instead */
 #define CONTACT_LEAST_FREE 0.01

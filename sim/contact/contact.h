@@ -59,7 +59,8 @@ typedef struct ContactMotion {
     double (*mutual)(void *owner); /* [m] no two vertices have */
     /* [m/s] no two such nodes move faster against each other now */
     double (*relative)(void *owner);
-    bool framed; /* does the drift bound that closely when asked (ContactSpeeds), on every lattice? */
+    bool
+        framed; /* does the drift bound that closely when asked (ContactSpeeds), on every lattice? */
     void *owner;
 } ContactMotion;
 

@@ -83,12 +83,13 @@ void steer_find_forces(Steer *s, int c, const double *x, double *gradient) {
 
 /* share of the way to where it should be by now that a place does not go in dt */
 static double share_left(const Steer *s, const Lanes *lanes, int i, int slot, double dt) {
-    double square = 0.0, most = STEER_CATCH_UP * dt;
+    double square = 0.0, least = STEER_CATCH_UP * dt;
     for (int a = 0; a < 3; a++) {
         double behind = s->before[3 * i + a] - lanes->x[a][slot];
         square += behind * behind;
     }
-    return square > most * most ? 1.0 - most / sqrt(square) : 0.0;
+    double left = 1.0 - dt / STEER_CATCH_UP_TIME - least / sqrt(fmax(square, least * least));
+    return fmax(left, 0.0);
 }
 
 static void steer_place(Steer *s, const Lanes *lanes, int i, int slot, const SweepKick *kick,

@@ -9,7 +9,10 @@
 #include "sim/model/sweep.h"
 #include "sim/step/system.h"
 
-#define STEER_CATCH_UP 0.5 /* [m/s] of what is behind its handle, beside the handle's own speed */
+/* What is behind its handle comes after it, beside the handle's own speed, by this [m/s] and by what is missing in
+ * this time [s]. */
+#define STEER_CATCH_UP 0.5
+#define STEER_CATCH_UP_TIME 0.5
 
 /* where the targets of a handle stand */
 typedef struct Placed {
@@ -45,8 +48,8 @@ void steer_place_targets(Steer *steer, double time);
 void steer_take_forces(Steer *steer, const Lanes *lanes, const int *slot, int c);
 void steer_find_forces(Steer *steer, int c, const double *x, double *gradient);
 
-/* After a kick of cloth c: gives its held places the velocities that lead to their targets in dt, or nearer by
- * STEER_CATCH_UP where they are behind. slot: (place_count). Adds the work [J] on the cloth, minus inner force
+/* After a kick of cloth c: gives its held places the velocities that lead to their targets in dt, or only nearer
+ * where they are behind. slot: (place_count). Adds the work [J] on the cloth, minus inner force
  * times motion. */
 void steer_cloth(Steer *steer, const Lanes *lanes, const int *slot, int c, const SweepKick *kick,
                  double dt, double *work);
