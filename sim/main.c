@@ -289,15 +289,15 @@ static void warn_of_handle(const Sim *sim, bool *warned) {
 static bool make_frames(Sim *sim, StateWriter *writer, int frames, const Arguments *a,
                         Error *error) {
     Progress progress = progress_start("sim", a->progress, sim->frame + 1, frames);
-    bool ok = true, warned = a->quiet, warned_of_handle = a->quiet;
+    bool ok = true, warned[2] = {a->quiet, a->quiet};
     while (ok && sim->frame + 1 < frames) {
         char detail[64];
         ok = sim_advance(sim, error) && sim_write_frame(sim, writer, error);
         snprintf(detail, sizeof detail, "t = %.3f s", sim->state.time);
         if (ok) {
             progress_show(&progress, sim->frame + 1, detail);
-            warn_of_stretch(sim, &warned);
-            warn_of_handle(sim, &warned_of_handle);
+            warn_of_stretch(sim, &warned[0]);
+            warn_of_handle(sim, &warned[1]);
         }
     }
     progress_end(&progress);
