@@ -88,8 +88,10 @@ static double share_left(const Steer *s, const Lanes *lanes, int i, int slot, do
         double behind = s->before[3 * i + a] - lanes->x[a][slot];
         square += behind * behind;
     }
-    double left = 1.0 - dt / STEER_CATCH_UP_TIME - least / sqrt(fmax(square, least * least));
-    return fmax(left, 0.0);
+    if (square <= least * least) { /* nearly always */
+        return 0.0;
+    }
+    return fmax(1.0 - dt / STEER_CATCH_UP_TIME - least / sqrt(square), 0.0);
 }
 
 static void steer_place(Steer *s, const Lanes *lanes, int i, int slot, const SweepKick *kick,
