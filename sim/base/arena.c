@@ -1,5 +1,6 @@
 #include "sim/base/arena.h"
 
+#include <stdbool.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
@@ -15,25 +16,43 @@ struct ArenaChunk {
     ArenaChunk *spare; /* one emptied chunk kept for reuse */
     size_t capacity;
     size_t used;
-    unsigned char *data;
+    size_t blank; /* from here on nothing was ever written: zeroes */
+    unsigned char *data, *memory;
 };
 
+/* A large one is not written to: the system hands out zeroes, and pages that nobody touches cost nothing. */
 static ArenaChunk *chunk_create(size_t bytes) {
-    size_t capacity = bytes > ARENA_CHUNK_BYTES ? bytes : ARENA_CHUNK_BYTES;
+    bool large = bytes > ARENA_CHUNK_BYTES;
+    size_t capacity = large ? bytes : ARENA_CHUNK_BYTES, room = capacity + ARENA_ALIGNMENT;
     ArenaChunk *chunk = malloc(sizeof *chunk);
-    unsigned char *data = chunk ? aligned_alloc(ARENA_ALIGNMENT, capacity) : NULL;
-    if (!data) {
+    unsigned char *memory = large && chunk ? calloc(room, 1) : chunk ? malloc(room) : NULL;
+    if (!memory) {
         memory_exhausted(bytes);
     }
-    *chunk = (ArenaChunk){.capacity = capacity, .data = data};
+    size_t skip = ARENA_ALIGNMENT - (uintptr_t)memory % ARENA_ALIGNMENT;
+    *chunk = (ArenaChunk){
+        .capacity = capacity,
+        .blank = large ? 0 : capacity,
+        .data = memory + skip,
+        .memory = memory,
+    };
     return chunk;
 }
 
 static void chunk_destroy(ArenaChunk *chunk) {
     if (chunk) {
-        free(chunk->data);
+        free(chunk->memory);
         free(chunk);
     }
+}
+
+/* `bytes` from a place on; only what was written to is touched */
+static void clear(ArenaChunk *chunk, size_t from, size_t bytes) {
+    if (from < chunk->blank) {
+        size_t written = chunk->blank - from;
+        memset(chunk->data + from, 0, written < bytes ? written : bytes);
+    }
+    chunk->blank = from + bytes > chunk->blank ? from + bytes : chunk->blank;
 }
 
 void *arena_alloc(Arena *arena, size_t bytes) {
@@ -58,7 +77,8 @@ void *arena_alloc(Arena *arena, size_t bytes) {
     if (arena->bytes_used > arena->bytes_peak) {
         arena->bytes_peak = arena->bytes_used;
     }
-    return memset(block, 0, padded);
+    clear(chunk, chunk->used - padded, padded);
+    return block;
 }
 
 void *arena_extend(Arena *arena, const void *old, size_t used, size_t bytes) {
