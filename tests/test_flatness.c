@@ -2,6 +2,7 @@
 #include "sim/base/hash.h"
 #include "sim/contact/flatness.h"
 #include "sim/contact/lists.h"
+#include "sim/geom/crossing.h"
 #include "tests/support/check.h"
 #include "tests/support/cloths.h"
 #include "tests/support/strips.h"
@@ -144,10 +145,35 @@ static void test_reach(void **unused) {
     arena_free(&r.bench.arena);
 }
 
+/* A sheet that is said to be a graph does not meet itself; rolled up it is not said to be one, nor is a sleeve. */
+static void test_graph(void **unused) {
+    (void)unused;
+    int graphs = 0, crossing = 0;
+    for (int sleeve = 0; sleeve < 2; sleeve++) {
+        Rig r;
+        rig_make(&r, sleeve);
+        const SurfacePanel *panel = &r.bench.system.contact.panels[0];
+        for (int k = 0; k < 60; k++) {
+            rig_place(&r, sleeve ? 0.0 : 2.0 * k, (sleeve ? 0.001 : 0.04) * k * PITCH);
+            Points places = {r.x};
+            CrossingMesh mesh = system_mesh(&r.bench.system, r.x, &r.bench.arena);
+            bool crosses = crossing_count_self(&mesh, &r.bench.arena).count > 0;
+            bool graph = flatness_is_graph(panel, &places);
+            CHECK_AT_MOST(graph && (crosses || sleeve) ? 1.0 : 0.0, 0.0);
+            CHECK_AT_MOST(k == 0 && !graph && !sleeve ? 1.0 : 0.0, 0.0);
+            graphs += graph, crossing += crosses;
+        }
+        arena_free(&r.bench.arena);
+    }
+    CHECK_AT_MOST(5 - graphs, 0.0);
+    CHECK_AT_MOST(10 - crossing, 0.0);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_bound),
         cmocka_unit_test(test_reach),
+        cmocka_unit_test(test_graph),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -4,6 +4,8 @@
 
 #include "sim/contact/quiet_blocks.h"
 
+#define LEAST_GRAPH 0.01 /* slope that rounding does not reach */
+
 Flatness flatness_create(const Surface *surface, Arena *arena) {
     Flatness f = {.kernel = quiet_blocks_kernel(vector_best()),
                   .altitude = arena_push(arena, double, surface->panel_count),
@@ -65,6 +67,42 @@ double flatness_stretch(Vec3 a, Vec3 b) {
     double p = vec3_dot(a, a), q = vec3_dot(b, b), r = vec3_dot(a, b);
     double least = 0.5 * (p + q) - sqrt(0.25 * (p - q) * (p - q) + r * r);
     return sqrt(fmax(least, 0.0));
+}
+
+/* dx/du (axis 0), dx/dv (axis 1) from a node of a lattice to the next */
+static Vec3 gradient_at(const SurfacePanel *panel, const Points *x, int axis, int node) {
+    int at = panel->first + node, step = axis == 0 ? 1 : panel->nu;
+    double h = axis == 0 ? panel->h1 : panel->h2;
+    return vec3_scale(1.0 / h, vec3_sub(point_at(x, at + step), point_at(x, at)));
+}
+
+static bool has_next(const SurfacePanel *panel, int axis, int node) {
+    return axis == 0 ? (node + 1) % panel->nu != 0 : node + panel->nu < panel->nu * panel->nv;
+}
+
+bool flatness_is_graph(const SurfacePanel *panel, const Points *x) {
+    int nodes = panel->nu * panel->nv;
+    if (nodes == 0 || panel->wrap) {
+        return false;
+    }
+    Vec3 mean[2] = {{0, 0, 0}, {0, 0, 0}};
+    double square[2] = {0.0, 0.0};
+    for (int k = 0; k < 2 * nodes; k++) {
+        if (has_next(panel, k % 2, k / 2)) {
+            mean[k % 2] = vec3_add(mean[k % 2], gradient_at(panel, x, k % 2, k / 2));
+        }
+    }
+    mean[0] = vec3_scale(1.0 / (nodes - panel->nv), mean[0]);
+    mean[1] = vec3_scale(1.0 / (nodes - panel->nu), mean[1]);
+    Vec3 normal = vec3_unit(vec3_cross(mean[0], mean[1]), vec3(0, 0, 1));
+    for (int k = 0; k < 2 * nodes; k++) {
+        if (has_next(panel, k % 2, k / 2)) {
+            Vec3 d = vec3_sub(gradient_at(panel, x, k % 2, k / 2), mean[k % 2]);
+            d = vec3_axpy(d, -vec3_dot(d, normal), normal);
+            square[k % 2] = max2(square[k % 2], vec3_dot(d, d));
+        }
+    }
+    return flatness_stretch(mean[0], mean[1]) > sqrt(square[0] + square[1]) + LEAST_GRAPH;
 }
 
 int flatness_groups(const Surface *surface, int first, int second, int group[4]) {

@@ -20,6 +20,10 @@ Flatness flatness_create(const Surface *surface, Arena *arena);
 void flatness_fit(const Flatness *flatness, const Surface *surface, const Points *x,
                   const int *groups, int count);
 
+/* Is a lattice at places x so flat as a whole that it is the graph of a function over a plane? Then it does not
+ * meet itself. False where that is not known, and where u runs around. */
+bool flatness_is_graph(const SurfacePanel *panel, const Points *x);
+
 /* s_min of the matrix of two gradients. */
 double flatness_stretch(Vec3 a, Vec3 b);
 
