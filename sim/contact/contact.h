@@ -54,11 +54,11 @@ typedef struct ContactMotion {
     /* Spreads count from the positions to which the velocities of now lead in `ahead` [s]. Returns them, in
      * lanes (3). */
     double *const *(*mark)(void *owner, double ahead);
-    double (*spread)(void *owner); /* [m] no two nodes next to each other on a lattice have moved
-                                      more against each other */
-    double (*mutual)(void *owner); /* [m] no two vertices have */
-    /* [m/s] no two such nodes move faster against each other now */
-    double (*relative)(void *owner);
+    /* [m] how far nodes next to each other on a lattice have moved against each other: with p, q the most
+     * along u and along v, sqrt((p^2/h1^2 + q^2/h2^2) / (1/h1^2 + 1/h2^2)) */
+    double (*spread)(void *owner);
+    double (*mutual)(void *owner);   /* [m] no two vertices have moved more against each other */
+    double (*relative)(void *owner); /* [m/s] `spread` of the velocities of now */
     bool
         framed; /* does the drift bound that closely when asked (ContactSpeeds), on every lattice? */
     void *owner;

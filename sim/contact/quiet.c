@@ -47,6 +47,13 @@ static bool take(Proof *p, double *least, double room, double motion, bool fines
     return true;
 }
 
+/* by how many spreads at most features come nearer that are so many lines from each other along u and v */
+static double lines_spread(const Proof *p, int panel, int u, int v) {
+    const double *line = p->c->quiet.panels[panel].line;
+    double across = u * line[0], along = v * line[1];
+    return sqrt(across * across + along * along);
+}
+
 /* rest of a row from a cell to another, or from blocks of so many cells, in lines of the lattice */
 static int lines_between(int a, int b, int cells, int nodes, bool wrap) {
     int low = a < b ? a : b, high = a < b ? b : a;
@@ -187,8 +194,10 @@ static Proof prove_folded(const Proof *p, BlockRef a, BlockRef b, int axis) {
     for (int k = 0; k < count; k++) {
         for (int m = k + width; m < count && !trial.fails; m++) {
             double apart = box_distance(&strip[k].place, &strip[m].place) - panel->distance;
-            int lines = m - k + 1 + SURFACE_BLOCK * strip[k].parts;
-            take_apart(&trial, (Apart){apart, apart / lines}, true);
+            int lines = m - k + 1, beside = SURFACE_BLOCK * strip[k].parts;
+            double most = axis == 0 ? lines_spread(p, a.panel, lines, beside)
+                                     : lines_spread(p, a.panel, beside, lines);
+            take_apart(&trial, (Apart){apart, apart / most}, true);
         }
     }
     return trial;
@@ -237,7 +246,9 @@ static Apart strips_apart(const Proof *p, BlockRef a, BlockRef b, int axis) {
             int lines = lines_between(first, second, 1, nodes[axis], of->wrap && axis == 0);
             double apart = box_distance(&cut[0][k].place, &cut[1][m].place) - of->distance;
             least.far = min2(apart, least.far);
-            least.near = min2(apart / (lines + beside), least.near);
+            double most = axis == 0 ? lines_spread(p, a.panel, lines, beside)
+                                     : lines_spread(p, a.panel, beside, lines);
+            least.near = min2(apart / most, least.near);
         }
     }
     return least;
@@ -258,8 +269,9 @@ static bool prove_apart(Proof *p, BlockRef a, BlockRef b) {
         return take(p, &p->far_room, far, p->far_motion, finest);
     }
     int cells = SURFACE_BLOCK << a.level;
-    Apart apart = {far, far / (lines_between(a.i, b.i, cells, of_a->nu, of_a->wrap) +
-                               lines_between(a.j, b.j, cells, of_a->nv, false))};
+    int across = lines_between(a.i, b.i, cells, of_a->nu, of_a->wrap);
+    int along = lines_between(a.j, b.j, cells, of_a->nv, false);
+    Apart apart = {far, far / lines_spread(p, a.panel, across, along)};
     if (!lasts(p, apart, p->steps)) {
         apart.near = max2(bridge_room(p, a, b), apart.near);
     }

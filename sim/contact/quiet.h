@@ -3,12 +3,12 @@
  * Every panel is a tree of blocks: on a lattice 2 x 2 blocks make one of the next level, elsewhere
  * two neighbours do; its leaves are the groups of the surface. From the roots down, each pair of
  * blocks is proved apart, or its children are:
- * - a block and itself or its neighbour on a lattice by slopes (slopes.h). When no two nodes next to
- *   each other move by more than p against each other, no gradient changes by more than
- *   p sqrt(1/h1^2 + 1/h2^2). Where that fails in a sharp fold, the columns or rows of cells of both
- *   are taken instead: a few next to each other by slopes, others by boxes;
- * - two others by their boxes. They come nearer by at most n p, n the lines of the lattice from one
- *   to the other, and by at most the paths of the fastest vertices. If they are not far from each
+ * - a block and itself or its neighbour on a lattice by slopes (slopes.h). When nodes next to each
+ *   other along u and v move by at most p and q against each other, no gradient changes by more than
+ *   g = sqrt(p^2/h1^2 + q^2/h2^2). Where that fails in a sharp fold, the columns or rows of cells of
+ *   both are taken instead: a few next to each other by slopes, others by boxes;
+ * - two others by their boxes. They come nearer by at most g times the length of cloth from one to
+ *   the other, and by at most the paths of the fastest vertices. If they are not far from each
  *   other, also by the slopes of all blocks in the rectangle between them;
  * - a block and a solid by the ball around its box.
  * So the proof holds while two paths stay below their rooms: the spread of neighbours against where they

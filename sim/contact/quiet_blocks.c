@@ -20,6 +20,7 @@ QuietPanel *quiet_blocks_create(const Surface *surface, Arena *arena) {
             const SurfacePanel *of = &surface->panels[p];
             panel->least = of->distance / surface_lattice_altitude(of);
             panel->motion = 1.0 / sqrt(1.0 / (of->h1 * of->h1) + 1.0 / (of->h2 * of->h2));
+            panel->line[0] = of->h1 / panel->motion, panel->line[1] = of->h2 / panel->motion;
             panel->strips = arena_push(arena, QuietStrips, across * along);
             panel->cut = arena_push(arena, unsigned char, across *along);
         }

@@ -30,7 +30,8 @@ typedef struct QuietPanel {
     QuietLevel level[QUIET_MOST_LEVELS];
     /* on lattices */
     double least;        /* slope at which features without a common vertex may touch */
-    double motion;       /* [m] of neighbours against each other that changes a slope by 1 */
+    double motion;       /* [m] spread of neighbours (ContactMotion) that changes gradients by 1 */
+    double line[2];      /* h1, h2 over `motion`: spreads by which two lines come nearer, along u, v */
     QuietStrips *strips; /* (leaves) on lattices, of those that were cut */
     unsigned char *cut;  /* (leaves) bit of each axis along which it was */
 } QuietPanel;

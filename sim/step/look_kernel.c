@@ -43,10 +43,10 @@ static inline void most_speed(const Lanes *lanes, size_t at, int width, Most *mo
     }
 }
 
-/* Of x - from, or of x where `from` is NULL: each against that right of it, if `right`, and against that `up`
- * slots later, if `above`. */
+/* Of x - from, or of x where `from` is NULL: each against that right of it, if `right`, into most[0], and against
+ * that `up` slots later, if `above`, into most[1]. */
 ONE_LOOP void most_apart(double *const x[3], double *const from[3], size_t at, bool right,
-                         bool above, size_t up, int width, Most *most) {
+                         bool above, size_t up, int width, Most most[2]) {
     const double *restrict p = x[0] + at, *restrict q = x[1] + at, *restrict r = x[2] + at;
     const double *restrict u = from ? from[0] + at : p, *restrict v = from ? from[1] + at : q;
     const double *restrict w = from ? from[2] + at : r;
@@ -60,7 +60,7 @@ ONE_LOOP void most_apart(double *const x[3], double *const from[3], size_t at, b
                         (from ? r[n] - w[n] : r[n]) - c);
         }
         if (above) {
-            keep_larger(most, k, (from ? p[m] - u[m] : p[m]) - a, (from ? q[m] - v[m] : q[m]) - b,
+            keep_larger(most + 1, k, (from ? p[m] - u[m] : p[m]) - a, (from ? q[m] - v[m] : q[m]) - b,
                         (from ? r[m] - w[m] : r[m]) - c);
         }
     }
@@ -89,7 +89,7 @@ static double fastest_of_rows(const SweepLattice *l, const Lanes *lanes, int row
 
 /* nodes of a row from `begin` on */
 ONE_LOOP void spread_nodes(double *const x[3], double *const from[3], size_t at, int begin,
-                           int count, bool right, bool above, size_t up, Most *most) {
+                           int count, bool right, bool above, size_t up, Most most[2]) {
     bool whole = count >= WHOLE_VECTORS;
     for (int i = begin; whole && i < count; i += WHOLE_VECTORS) {
         most_apart(x, from, at + (size_t)vector_start(i, count), right, above, up, WHOLE_VECTORS,
@@ -101,28 +101,31 @@ ONE_LOOP void spread_nodes(double *const x[3], double *const from[3], size_t at,
 }
 
 /* a wrapped row has its first node once more behind the last one */
-ONE_LOOP double spread_all(const SweepLattice *l, double *const x[3], double *const from[3],
-                           int row_begin, int row_end) {
-    Most most = {{0.0}};
+ONE_LOOP void spread_all(const SweepLattice *l, double *const x[3], double *const from[3],
+                         int row_begin, int row_end, double out[2]) {
+    Most most[2] = {{{0.0}}, {{0.0}}};
     int pairs = l->wrap ? l->nu : l->nu - 1;
     for (int j = row_begin; j < row_end; j++) {
         size_t at = (size_t)l->first + (size_t)j * (size_t)l->stride;
         if (j + 1 == l->nv) {
-            spread_nodes(x, from, at, 0, pairs, true, false, 0, &most);
+            spread_nodes(x, from, at, 0, pairs, true, false, 0, most);
             continue;
         }
-        spread_nodes(x, from, at, 0, pairs, true, true, (size_t)l->stride, &most);
+        spread_nodes(x, from, at, 0, pairs, true, true, (size_t)l->stride, most);
         for (int i = pairs; i < l->nu; i++) {
-            most_apart(x, from, at + (size_t)i, false, true, (size_t)l->stride, 1, &most);
+            most_apart(x, from, at + (size_t)i, false, true, (size_t)l->stride, 1, most);
         }
     }
-    return most_of(&most);
+    out[0] = most_of(&most[0]), out[1] = most_of(&most[1]);
 }
 
-static double spread_of_rows(const SweepLattice *l, double *const x[3], double *const from[3],
-                             int row_begin, int row_end) {
-    return from ? spread_all(l, x, from, row_begin, row_end)
-                : spread_all(l, x, NULL, row_begin, row_end);
+static void spread_of_rows(const SweepLattice *l, double *const x[3], double *const from[3],
+                           int row_begin, int row_end, double most[2]) {
+    if (from) {
+        spread_all(l, x, from, row_begin, row_end, most);
+    } else {
+        spread_all(l, x, NULL, row_begin, row_end, most);
+    }
 }
 
 /* x - from, in lanes */

@@ -22,7 +22,7 @@ Looks looks_create(const System *system, const Lanes *lanes, const int *slot,
             chunks = own > chunks ? own : chunks;
         }
     }
-    l.chunk_most = arena_push(system->arena, double, chunks);
+    l.chunk_most = (double (*)[2])arena_push(system->arena, double, 2 * chunks);
     l.chunk_box = arena_push(system->arena, Box, chunks);
     for (int a = 0; a < 3; a++) {
         l.marked[a] = arena_push(system->arena, double, lanes->slot_count);
@@ -42,24 +42,21 @@ static double square_apart(const Looks *l, double *const x[3], double *const fro
     return square;
 }
 
-/* as LookKernel.spread, of all cloth on a lattice that no sweep moves */
-static double spread_of_others(const Looks *l, double *const x[3], double *const from[3]) {
-    double most = 0.0;
-    for (int c = 0; c < l->system->cloth_count; c++) {
-        const Panel *panel = &l->system->cloths[c].panel;
-        bool other = l->lattices[c].nu == 0;
-        for (int k = 0; k < panel->nu * panel->nv && other; k++) {
-            int i = k % panel->nu, at = l->system->first[c] + k, row = at - i;
-            if (i + 1 < panel->nu || panel->wrap) {
-                int right = i + 1 < panel->nu ? at + 1 : row;
-                most = max2(most, square_apart(l, x, from, at, right));
-            }
-            if (k + panel->nu < panel->nu * panel->nv) {
-                most = max2(most, square_apart(l, x, from, at, at + panel->nu));
-            }
+/* as LookKernel.spread, of cloth on a lattice that no sweep moves */
+static void spread_of_other(const Looks *l, int c, double *const x[3], double *const from[3],
+                            double most[2]) {
+    const Panel *panel = &l->system->cloths[c].panel;
+    most[0] = most[1] = 0.0;
+    for (int k = 0; k < panel->nu * panel->nv; k++) {
+        int i = k % panel->nu, at = l->system->first[c] + k, row = at - i;
+        if (i + 1 < panel->nu || panel->wrap) {
+            int right = i + 1 < panel->nu ? at + 1 : row;
+            most[0] = max2(most[0], square_apart(l, x, from, at, right));
+        }
+        if (k + panel->nu < panel->nu * panel->nv) {
+            most[1] = max2(most[1], square_apart(l, x, from, at, at + panel->nu));
         }
     }
-    return sqrt(most);
 }
 
 typedef struct LookJob {
@@ -67,40 +64,42 @@ typedef struct LookJob {
     const SweepLattice *lattice;
 } LookJob;
 
-/* root of the largest value of a chunk over all lattices */
-static double most_of_chunks(Looks *l, ParallelBody *body) {
-    double most = 0.0;
-    for (int c = 0; c < l->system->cloth_count; c++) {
-        const SweepLattice *lattice = &l->lattices[c];
-        if (lattice->nu > 0) {
-            LookJob job = {l, lattice};
-            parallel_for(lattice->nv, l->grain[c], body, &job);
-            for (int k = 0; k < parallel_chunk_count(lattice->nv, l->grain[c]); k++) {
-                most = max2(l->chunk_most[k], most);
-            }
-        }
+/* largest values of the chunks of a cloth that a sweep moves */
+static void most_of_chunks(Looks *l, int c, ParallelBody *body, double most[2]) {
+    const SweepLattice *lattice = &l->lattices[c];
+    LookJob job = {l, lattice};
+    most[0] = most[1] = 0.0;
+    parallel_for(lattice->nv, l->grain[c], body, &job);
+    for (int k = 0; k < parallel_chunk_count(lattice->nv, l->grain[c]); k++) {
+        most[0] = max2(l->chunk_most[k][0], most[0]);
+        most[1] = max2(l->chunk_most[k][1], most[1]);
     }
-    return sqrt(most);
 }
 
 static void fastest_chunk(int chunk, int first, int end, void *context) {
     LookJob *job = context;
     Looks *l = job->looks;
-    l->chunk_most[chunk] = l->kernel->fastest(job->lattice, l->lanes, first, end);
+    l->chunk_most[chunk][0] = l->kernel->fastest(job->lattice, l->lanes, first, end);
+    l->chunk_most[chunk][1] = 0.0;
 }
 
 static double fastest_now(void *owner) {
     Looks *l = owner;
-    double fastest = most_of_chunks(l, fastest_chunk), other = 0.0;
+    double fastest = 0.0;
     for (int c = 0; c < l->system->cloth_count; c++) {
-        int first = l->system->first[c], end = l->system->first[c + 1];
-        for (int i = first; l->lattices[c].nu == 0 && i < end; i++) {
+        double most[2];
+        if (l->lattices[c].nu > 0) {
+            most_of_chunks(l, c, fastest_chunk, most);
+            fastest = max2(fastest, most[0]);
+            continue;
+        }
+        for (int i = l->system->first[c]; i < l->system->first[c + 1]; i++) {
             int s = l->slot[i];
             double x = l->lanes->v[0][s], y = l->lanes->v[1][s], z = l->lanes->v[2][s];
-            other = max2(other, x * x + y * y + z * z);
+            fastest = max2(fastest, x * x + y * y + z * z);
         }
     }
-    return max2(fastest, sqrt(other));
+    return sqrt(fastest);
 }
 
 static double *const *mark_places(void *owner, double ahead) {
@@ -112,15 +111,36 @@ static double *const *mark_places(void *owner, double ahead) {
     return l->marked;
 }
 
+/* ContactMotion.spread of x - from, or of x; `body` finds it on the lattices of sweeps */
+static double spread_of_all(Looks *l, ParallelBody *body, double *const x[3],
+                            double *const from[3]) {
+    double square = 0.0;
+    for (int c = 0; c < l->system->cloth_count; c++) {
+        const Panel *panel = &l->system->cloths[c].panel;
+        double most[2];
+        if (panel->nu == 0) {
+            continue;
+        }
+        if (l->lattices[c].nu > 0) {
+            most_of_chunks(l, c, body, most);
+        } else {
+            spread_of_other(l, c, x, from, most);
+        }
+        double u = 1.0 / (panel->h1 * panel->h1), v = 1.0 / (panel->h2 * panel->h2);
+        square = max2(square, (most[0] * u + most[1] * v) / (u + v));
+    }
+    return sqrt(square);
+}
+
 static void spread_chunk(int chunk, int first, int end, void *context) {
     LookJob *job = context;
     Looks *l = job->looks;
-    l->chunk_most[chunk] = l->kernel->spread(job->lattice, l->lanes->x, l->marked, first, end);
+    l->kernel->spread(job->lattice, l->lanes->x, l->marked, first, end, l->chunk_most[chunk]);
 }
 
 static double spread_now(void *owner) {
     Looks *l = owner;
-    return max2(most_of_chunks(l, spread_chunk), spread_of_others(l, l->lanes->x, l->marked));
+    return spread_of_all(l, spread_chunk, l->lanes->x, l->marked);
 }
 
 static void moved_chunk(int chunk, int first, int end, void *context) {
@@ -160,7 +180,7 @@ static double mutual_now(void *owner) {
 static void relative_chunk(int chunk, int first, int end, void *context) {
     LookJob *job = context;
     Looks *l = job->looks;
-    l->chunk_most[chunk] = l->kernel->spread(job->lattice, l->lanes->v, NULL, first, end);
+    l->kernel->spread(job->lattice, l->lanes->v, NULL, first, end, l->chunk_most[chunk]);
 }
 
 static double relative_now(void *owner) {
@@ -168,7 +188,7 @@ static double relative_now(void *owner) {
     for (int c = 0; c < l->system->cloth_count; c++) {
         sweep_wrap_rows(&l->lattices[c], l->lanes->v);
     }
-    return max2(most_of_chunks(l, relative_chunk), spread_of_others(l, l->lanes->v, NULL));
+    return spread_of_all(l, relative_chunk, l->lanes->v, NULL);
 }
 
 ContactMotion looks_motion(Looks *looks) {

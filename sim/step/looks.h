@@ -12,10 +12,10 @@
 typedef struct LookKernel {
     /* Largest v.v [m2/s2]. */
     double (*fastest)(const SweepLattice *lattice, const Lanes *lanes, int row_begin, int row_end);
-    /* Largest square of the difference of x - from, or of x alone, at two nodes next to each other:
-     * those rows, and up to the row that follows. */
-    double (*spread)(const SweepLattice *lattice, double *const x[3], double *const from[3],
-                     int row_begin, int row_end);
+    /* Largest squares of the difference of x - from, or of x alone, at two nodes next to each other along
+     * u and along v: those rows, and up to the row that follows. */
+    void (*spread)(const SweepLattice *lattice, double *const x[3], double *const from[3],
+                   int row_begin, int row_end, double most[2]);
     /* Box of x - from in those rows. */
     Box (*moved)(const SweepLattice *lattice, double *const x[3], double *const from[3],
                  int row_begin, int row_end);
@@ -35,7 +35,7 @@ typedef struct Looks {
     const int *slot;              /* (place_count) */
     const SweepLattice *lattices; /* (cloth_count) with first slots; nu = 0: none */
     const int *grain;             /* (cloth_count) rows of a chunk */
-    double *chunk_most;           /* squares, of the chunks of one cloth */
+    double (*chunk_most)[2];      /* squares, of the chunks of one cloth */
     Box *chunk_box;               /* [m] likewise */
     double *marked[3];            /* [m] (slot_count) positions from which spreads count */
 } Looks;
