@@ -57,7 +57,8 @@ static void test_arena_rewind(void **state) {
         for (int i = 0; i < 5; i++) {
             memset(arena_alloc(&arena, 200000), 1, 200000);
         }
-        unsigned char *large = arena_alloc(&arena, 400000); /* a chunk of its own, kept for the next round */
+        unsigned char *large =
+            arena_alloc(&arena, 400000); /* a chunk of its own, kept for the next round */
         for (int i = 0; i < 400000; i++) {
             assert_int_equal(large[i], 0);
         }

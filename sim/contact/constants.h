@@ -63,7 +63,7 @@
 #define CONTACT_QUIET_LONGER 1.3
 #define CONTACT_QUIET_LEAST_STEPS 3.0 /* that it must hold, or the lists are made */
 #define CONTACT_QUIET_FOLD_STEPS 30.0 /* less is worth a look at single rows of cells */
-#define CONTACT_QUIET_COST 20.0       /* of a proof, in looks at the spread of neighbours */
+#define CONTACT_QUIET_COST 30.0       /* of a proof, in looks at the spread of neighbours */
 #define CONTACT_QUIET_SHARE 0.7       /* of the room of flat cloth is enough */
 /* steps that speeds alone could use up the room of neighbours in: where less, rows get frames */
 #define CONTACT_QUIET_CLOSE_STEPS 16.0

@@ -23,30 +23,25 @@ Flatness flatness_create(const Surface *surface, Arena *arena) {
     return f;
 }
 
-/* Column `at` of the rows is a group; what is not used is the first one again. */
-static void place_group(const Surface *surface, int g, SlopeRows *rows, int at) {
-    const SurfaceGroup *group = &surface->groups[g];
-    const SurfacePanel *panel = &surface->panels[group->panel];
-    int cells[2] = {quiet_blocks_cells(panel, group->block, 0),
-                    quiet_blocks_cells(panel, group->block, 1)};
-    int first[2] = {group->block[0] * SURFACE_BLOCK, group->block[1] * SURFACE_BLOCK};
-    slope_rows_place(rows, at, panel, first, cells);
-}
-
 /* up to SLOPE_BATCH groups of one panel */
 static void fit_batch(const Flatness *f, const Surface *surface, const Points *x, const int *groups,
                       int count) {
     const SurfacePanel *panel = &surface->panels[surface->groups[groups[0]].panel];
-    double *first = (double *)x->x; /* only read */
-    double *const lanes[3] = {first, first + 1, first + 2};
-    SlopeNodes nodes = {{panel->h1, panel->h2}, f->number + panel->first, lanes};
-    SlopeRows rows;
-    for (int k = 0; k < SLOPE_BATCH; k++) {
-        place_group(surface, groups[k < count ? k : 0], &rows, k);
-    }
-    f->kernel->fit(&nodes, &rows);
+    double *at = (double *)x->x; /* only read */
+    double *const lanes[3] = {at, at + 1, at + 2};
+    SlopeNodes nodes = {f->number + panel->first, lanes};
+    SlopeBlocks blocks;
+    SlopeFit fit = slope_fit(panel, &nodes);
+    slope_blocks_begin(&blocks, &fit);
     for (int k = 0; k < count; k++) {
-        f->slopes[groups[k]] = slope_values_at(&rows.slopes, k);
+        const int *block = surface->groups[groups[k]].block;
+        int cells[2] = {quiet_blocks_cells(panel, block, 0), quiet_blocks_cells(panel, block, 1)};
+        int first[2] = {block[0] * SURFACE_BLOCK, block[1] * SURFACE_BLOCK};
+        slope_blocks_place(&blocks, &fit, k, panel, &nodes, first, cells);
+    }
+    f->kernel->fit(&fit);
+    for (int k = 0; k < count; k++) {
+        f->slopes[groups[k]] = slope_field_at(&fit.slopes, k);
     }
 }
 

@@ -31,9 +31,9 @@ static const QuietLevel *level_of(const Proof *p, BlockRef a) {
     return &p->c->quiet.panels[a.panel].level[a.level];
 }
 
-static const QuietBlock *block_of(const Proof *p, BlockRef a) {
+static const Box *place_of(const Proof *p, BlockRef a) {
     const QuietLevel *level = level_of(p, a);
-    return &level->blocks[a.j * level->across + a.i];
+    return &level->places[a.j * level->across + a.i];
 }
 
 /* Takes a room when it lasts as long as any other, or when there is nothing finer. */
@@ -68,20 +68,21 @@ static double flat_room(const QuietPanel *panel, const Slopes *const part[], int
 
 /* ... the 2 x 2 blocks between two corners, or fewer */
 static double corner_room(const Proof *p, BlockRef a, BlockRef b) {
-    const Slopes *part[4];
+    Slopes corner[4];
+    const Slopes *part[4] = {&corner[0], &corner[1], &corner[2], &corner[3]};
     int count = 0;
     for (int k = 0; k < 4; k++) {
         if ((k & 1 && a.i == b.i) || (k & 2 && a.j == b.j)) {
             continue;
         }
-        BlockRef corner = {a.panel, a.level, k & 1 ? b.i : a.i, k & 2 ? b.j : a.j};
-        part[count++] = &block_of(p, corner)->slopes;
+        corner[count++] = quiet_slopes_at(level_of(p, a), k & 1 ? b.i : a.i, k & 2 ? b.j : a.j);
     }
     return flat_room(&p->c->quiet.panels[a.panel], part, count);
 }
 
 /* ... all blocks from one to another, where these are few; else none */
 static double bridge_room(const Proof *p, BlockRef a, BlockRef b) {
+    Slopes between[BRIDGE * BRIDGE];
     const Slopes *part[BRIDGE * BRIDGE];
     int count = 0, left = a.i < b.i ? a.i : b.i, low = a.j < b.j ? a.j : b.j;
     int right = a.i + b.i - left, high = a.j + b.j - low;
@@ -89,9 +90,9 @@ static double bridge_room(const Proof *p, BlockRef a, BlockRef b) {
         return 0.0;
     }
     for (int j = low; j <= high; j++) {
-        for (int i = left; i <= right; i++) {
-            BlockRef between = {a.panel, a.level, i, j};
-            part[count++] = &block_of(p, between)->slopes;
+        for (int i = left; i <= right; i++, count++) {
+            between[count] = quiet_slopes_at(level_of(p, a), i, j);
+            part[count] = &between[count];
         }
     }
     return flat_room(&p->c->quiet.panels[a.panel], part, count);
@@ -103,21 +104,12 @@ static int lower_of(int a, int b, int count) {
     return high - low > 1 && high - low == count - 1 ? high : low;
 }
 
-static int block_after(int i, int count, bool wrap) { return i + 1 < count ? i + 1 : wrap ? 0 : i; }
-
 /* of 2 x 2 blocks that hold two neighbours: most neighbours are proven by few of them */
 static double window_room(const Proof *p, BlockRef a, BlockRef b) {
     const QuietLevel *level = level_of(p, a);
-    bool wrap = p->c->surface.panels[a.panel].wrap;
-    BlockRef low = {a.panel, a.level, lower_of(a.i, b.i, level->across),
-                    lower_of(a.j, b.j, level->along)};
-    double *room = &level->window[low.j * level->across + low.i];
-    if (isnan(*room)) {
-        BlockRef high = {a.panel, a.level, block_after(low.i, level->across, wrap),
-                         block_after(low.j, level->along, false)};
-        *room = corner_room(p, low, high);
-    }
-    return *room;
+    const QuietPanel *panel = &p->c->quiet.panels[a.panel];
+    int i = lower_of(a.i, b.i, level->across), j = lower_of(a.j, b.j, level->along);
+    return panel->motion * (quiet_blocks_window(p->view.kernel, level, i, j) - panel->least);
 }
 
 /* How far two parts of a lattice are from each other. */
@@ -136,7 +128,7 @@ static bool take_apart(Proof *p, Apart apart, bool finest) {
 
 /* A row of strips through a leaf, or through two that lie side by side. */
 typedef struct Strip {
-    const QuietBlock *part[2];
+    const QuietStrip *part[2];
     int parts;
     Box place;
 } Strip;
@@ -153,7 +145,7 @@ static int find_strips(const Proof *p, BlockRef a, BlockRef b, int axis, Strip s
         for (int side = 0; side < (of_a[other] == of_b[other] ? 1 : 2); side++) {
             int block[2];
             block[axis] = end ? high : low, block[other] = side ? of_b[other] : of_a[other];
-            const QuietBlock *cut =
+            const QuietStrip *cut =
                 quiet_blocks_cut(&p->view, &p->c->quiet.panels[a.panel], a.panel, block, axis);
             cells = quiet_blocks_cells(&surface->panels[a.panel], block, axis);
             for (int k = 0; k < cells; k++) {
@@ -196,7 +188,7 @@ static Proof prove_folded(const Proof *p, BlockRef a, BlockRef b, int axis) {
             double apart = box_distance(&strip[k].place, &strip[m].place) - panel->distance;
             int lines = m - k + 1, beside = SURFACE_BLOCK * strip[k].parts;
             double most = axis == 0 ? lines_spread(p, a.panel, lines, beside)
-                                     : lines_spread(p, a.panel, beside, lines);
+                                    : lines_spread(p, a.panel, beside, lines);
             take_apart(&trial, (Apart){apart, apart / most}, true);
         }
     }
@@ -231,7 +223,7 @@ static Apart strips_apart(const Proof *p, BlockRef a, BlockRef b, int axis) {
     const QuietPanel *panel = &p->c->quiet.panels[a.panel];
     const SurfacePanel *of = &p->c->surface.panels[a.panel];
     const int at[2][2] = {{a.i, a.j}, {b.i, b.j}}, nodes[2] = {of->nu, of->nv};
-    const QuietBlock *cut[2];
+    const QuietStrip *cut[2];
     int cells[2], other = 1 - axis;
     int beside = lines_between(at[0][other], at[1][other], SURFACE_BLOCK, nodes[other],
                                of->wrap && other == 0);
@@ -247,7 +239,7 @@ static Apart strips_apart(const Proof *p, BlockRef a, BlockRef b, int axis) {
             double apart = box_distance(&cut[0][k].place, &cut[1][m].place) - of->distance;
             least.far = min2(apart, least.far);
             double most = axis == 0 ? lines_spread(p, a.panel, lines, beside)
-                                     : lines_spread(p, a.panel, beside, lines);
+                                    : lines_spread(p, a.panel, beside, lines);
             least.near = min2(apart / most, least.near);
         }
     }
@@ -262,8 +254,8 @@ static bool lasts(const Proof *p, Apart apart, double steps) {
 static bool prove_apart(Proof *p, BlockRef a, BlockRef b) {
     const Surface *surface = &p->c->surface;
     const SurfacePanel *of_a = &surface->panels[a.panel], *of_b = &surface->panels[b.panel];
-    double far = box_distance(&block_of(p, a)->place, &block_of(p, b)->place) -
-                 0.5 * (of_a->distance + of_b->distance);
+    double far =
+        box_distance(place_of(p, a), place_of(p, b)) - 0.5 * (of_a->distance + of_b->distance);
     bool finest = a.level == 0 && b.level == 0;
     if (a.panel != b.panel || !quiet_is_lattice(surface, a.panel)) {
         return take(p, &p->far_room, far, p->far_motion, finest);
@@ -330,7 +322,7 @@ static void prove_pair(Proof *p, const BlockRef *a, const BlockRef *b) {
 
 static void prove_solid(Proof *p, BlockRef a, int o) {
     const Contact *c = p->c;
-    const Box *box = &block_of(p, a)->place;
+    const Box *box = place_of(p, a);
     Vec3 normal, centre = vec3_scale(0.5, vec3_add(box->low, box->high));
     double radius = 0.5 * vec3_length(vec3_sub(box->high, box->low));
     Vec3 place = pose_unapply(c->poses[o], centre);

@@ -3,10 +3,40 @@
 #include <math.h>
 #include <string.h>
 
+#define PACKED_ROWS (SURFACE_BLOCK * SURFACE_BLOCK) /* of one coordinate */
+
 const SlopeKernel *quiet_blocks_kernel(VectorWidth width) {
     static const SlopeKernel *const kernels[] = {&slope_kernel_scalar, &slope_kernel_sse2,
                                                  &slope_kernel_avx2, &slope_kernel_avx512};
     return kernels[width];
+}
+
+int quiet_blocks_cells(const SurfacePanel *panel, const int block[2], int axis) {
+    int lines = axis == 0 ? panel->nu - !panel->wrap : panel->nv - 1;
+    int left = lines - block[axis] * SURFACE_BLOCK;
+    return left < SURFACE_BLOCK ? left : SURFACE_BLOCK;
+}
+
+static void create_lattice(QuietPanel *panel, const SurfacePanel *of, Arena *arena) {
+    const QuietLevel *leaves = &panel->level[0];
+    panel->least = of->distance / surface_lattice_altitude(of);
+    panel->motion = 1.0 / sqrt(1.0 / (of->h1 * of->h1) + 1.0 / (of->h2 * of->h2));
+    panel->line[0] = of->h1 / panel->motion, panel->line[1] = of->h2 / panel->motion;
+    panel->strips = arena_push(arena, QuietStrips, leaves->across * leaves->along);
+    panel->cut = arena_push(arena, unsigned char, leaves->across * leaves->along);
+    panel->packed = arena_push(arena, float, 3 * PACKED_ROWS * leaves->room);
+    for (int axis = 0; axis < 2; axis++) {
+        panel->cells[axis] = arena_push(arena, float, leaves->room);
+        for (int b = 0; b < leaves->room; b++) {
+            int block[2] = {b % leaves->pitch, b / leaves->pitch};
+            bool is_one = block[0] < leaves->across && block[1] < leaves->along;
+            panel->cells[axis][b] = is_one ? (float)quiet_blocks_cells(of, block, axis) : 1.0f;
+        }
+    }
+    for (int k = 0; k < panel->level_count; k++) {
+        panel->level[k].slopes = slope_field_create(panel->level[k].room, arena);
+        panel->level[k].window = arena_push(arena, float, panel->level[k].room);
+    }
 }
 
 QuietPanel *quiet_blocks_create(const Surface *surface, Arena *arena) {
@@ -17,21 +47,23 @@ QuietPanel *quiet_blocks_create(const Surface *surface, Arena *arena) {
         int across = surface->first_group[p + 1] - surface->first_group[p], along = across > 0;
         if (lattice) {
             across = surface->blocks[2 * p], along = surface->blocks[2 * p + 1];
-            const SurfacePanel *of = &surface->panels[p];
-            panel->least = of->distance / surface_lattice_altitude(of);
-            panel->motion = 1.0 / sqrt(1.0 / (of->h1 * of->h1) + 1.0 / (of->h2 * of->h2));
-            panel->line[0] = of->h1 / panel->motion, panel->line[1] = of->h2 / panel->motion;
-            panel->strips = arena_push(arena, QuietStrips, across * along);
-            panel->cut = arena_push(arena, unsigned char, across *along);
         }
         while (across * along > 0) {
             QuietLevel *level = &panel->level[panel->level_count++];
-            *level = (QuietLevel){across, along, arena_push(arena, QuietBlock, across * along),
-                                  arena_push(arena, double, across *along)};
+            *level =
+                (QuietLevel){.across = across,
+                             .along = along,
+                             .places = arena_push(arena, Box, across * along),
+                             .pitch = across + 1,
+                             /* a batch reads past the last block, and twice as far in a join */
+                             .room = (across + 1) * (along + 1) + 2 * SLOPE_BATCH};
             if (across * along == 1) {
                 break;
             }
             across = (across + 1) / 2, along = (along + 1) / 2;
+        }
+        if (lattice && panel->level_count > 0) {
+            create_lattice(panel, &surface->panels[p], arena);
         }
     }
     return panels;
@@ -46,86 +78,70 @@ static inline Vec3 place_now(const QuietView *view, int place) {
     return vec3(x[0][slot], x[1][slot], x[2][slot]);
 }
 
-/* Blocks of a lattice to be fitted at once. */
-typedef struct Batch {
-    const QuietView *view;
-    int panel, count;
-    QuietBlock *blocks[SLOPE_BATCH];
-    SlopeRows rows;
-} Batch;
+static Box box_of(const SlopeFit *fit, int k) {
+    return (Box){{fit->low[0][k], fit->low[1][k], fit->low[2][k]},
+                 {fit->high[0][k], fit->high[1][k], fit->high[2][k]}};
+}
 
-static void batch_begin(Batch *batch, const QuietView *view, int panel) {
-    batch->view = view;
-    batch->panel = panel;
-    batch->count = 0;
-    memset(batch->rows.row, 0, sizeof batch->rows.row); /* all of them are worked on */
-    memset(batch->rows.column, 0, sizeof batch->rows.column);
-    for (int k = 0; k < SLOPE_BATCH; k++) {
-        batch->rows.cells[0][k] = batch->rows.cells[1][k] = 1.0;
+static SlopeNodes nodes_of(const QuietView *view, int panel) { /* a lattice is cloth */
+    return (SlopeNodes){view->slot + view->surface->panels[panel].first, view->lanes};
+}
+
+/* a row of nodes, from the origin on; past the ends of a row that does not run around, the last node again */
+static void pack_row(const QuietView *view, const QuietPanel *panel, int p, int row,
+                     const double origin[3]) {
+    const SurfacePanel *of = &view->surface->panels[p];
+    int j = row < of->nv ? row : of->nv - 1, whole = of->nu / SURFACE_BLOCK;
+    int pitch = panel->level[0].pitch, at = row / SURFACE_BLOCK * pitch;
+    for (int a = 0; a < 3; a++) {
+        const double *x = view->lanes[a] + view->slot[of->first + j * of->nu];
+        float *out[SURFACE_BLOCK];
+        for (int c = 0; c < SURFACE_BLOCK; c++) {
+            int packed = PACKED_ROWS * a + SURFACE_BLOCK * (row % SURFACE_BLOCK) + c;
+            out[c] = panel->packed + (size_t)packed * (size_t)panel->level[0].room + at;
+        }
+        view->kernel->pack(x, origin[a], whole, out);
+        for (int i = SURFACE_BLOCK * whole; i < SURFACE_BLOCK * pitch; i++) {
+            double last = i < of->nu ? x[i] : of->wrap ? x[0] : x[of->nu - 1];
+            out[i % SURFACE_BLOCK][i / SURFACE_BLOCK] = (float)(last - origin[a]);
+        }
     }
 }
 
-static void slopes_put(SlopeValues *to, int k, const Slopes *from) {
-    for (int a = 0; a < 2; a++) {
-        to->mean[a][0][k] = from->mean[a].x, to->mean[a][1][k] = from->mean[a].y;
-        to->mean[a][2][k] = from->mean[a].z;
+static void fit_leaves(const QuietView *view, const QuietPanel *panel, int p) {
+    const SurfacePanel *of = &view->surface->panels[p];
+    const QuietLevel *level = &panel->level[0];
+    SlopeNodes nodes = nodes_of(view, p);
+    SlopeFit fit = slope_fit(of, &nodes);
+    fit.cells[0] = panel->cells[0], fit.cells[1] = panel->cells[1];
+    fit.slopes = level->slopes;
+    for (int row = 0; row <= SURFACE_BLOCK * level->along; row++) {
+        pack_row(view, panel, p, row, fit.origin);
     }
-    to->normal[0][k] = from->normal.x, to->normal[1][k] = from->normal.y;
-    to->normal[2][k] = from->normal.z;
-    to->flat[k] = from->flat, to->steep[k] = from->steep;
-}
-
-static void batch_end(Batch *batch) {
-    SlopeRows *rows = &batch->rows;
-    const QuietView *view = batch->view;
-    const SurfacePanel *panel = &view->surface->panels[batch->panel];
-    SlopeNodes nodes = {{panel->h1, panel->h2}, view->slot + panel->first, view->lanes};
-    view->kernel->fit(&nodes, rows); /* a lattice is cloth */
-    for (int k = 0; k < batch->count; k++) {
-        SlopeRow *low = rows->low, *high = rows->high;
-        *batch->blocks[k] = (QuietBlock){
-            .place = {{low[0][k], low[1][k], low[2][k]}, {high[0][k], high[1][k], high[2][k]}},
-            .slopes = slope_values_at(&rows->slopes, k),
-        };
+    for (int n = 0; n < 3 * SLOPE_NODES * SLOPE_NODES; n++) {
+        int a = n % 3, m = n / 3 / SLOPE_NODES, c = n / 3 % SLOPE_NODES;
+        int packed = PACKED_ROWS * a + SURFACE_BLOCK * (m % SURFACE_BLOCK) + c % SURFACE_BLOCK;
+        fit.node[m][c][a] = panel->packed + (size_t)packed * (size_t)level->room +
+                            m / SURFACE_BLOCK * level->pitch + c / SURFACE_BLOCK;
     }
-    batch->count = 0;
-}
-
-/* a rectangle of cells, at most SURFACE_BLOCK along each side */
-static void batch_add(Batch *batch, const int first[2], const int cells[2], QuietBlock *block) {
-    const SurfacePanel *panel = &batch->view->surface->panels[batch->panel];
-    int at = batch->count++;
-    batch->blocks[at] = block;
-    slope_rows_place(&batch->rows, at, panel, first, cells);
-    if (batch->count == SLOPE_BATCH) {
-        batch_end(batch);
+    for (int b = 0, i = 0, j = 0; j < level->along; b++) { /* i = across: no block */
+        if (b % SLOPE_BATCH == 0) {
+            fit.at = b;
+            view->kernel->fit(&fit);
+        }
+        if (i < level->across) {
+            level->places[j * level->across + i++] = box_of(&fit, b % SLOPE_BATCH);
+        } else {
+            i = 0, j++;
+        }
     }
-}
-
-int quiet_blocks_cells(const SurfacePanel *panel, const int block[2], int axis) {
-    int lines = axis == 0 ? panel->nu - !panel->wrap : panel->nv - 1;
-    int left = lines - block[axis] * SURFACE_BLOCK;
-    return left < SURFACE_BLOCK ? left : SURFACE_BLOCK;
-}
-
-static void fit_lattice(const QuietView *view, const QuietLevel *level, int p) {
-    const SurfacePanel *panel = &view->surface->panels[p];
-    Batch batch;
-    batch_begin(&batch, view, p);
-    for (int b = 0; b < level->across * level->along; b++) {
-        int block[2] = {b % level->across, b / level->across};
-        int first[2] = {block[0] * SURFACE_BLOCK, block[1] * SURFACE_BLOCK};
-        int cells[2] = {quiet_blocks_cells(panel, block, 0), quiet_blocks_cells(panel, block, 1)};
-        batch_add(&batch, first, cells, &level->blocks[b]);
-    }
-    batch_end(&batch);
 }
 
 static void fit_scattered(const QuietView *view, const QuietLevel *level, int p) {
     const Surface *surface = view->surface;
     for (int b = 0; b < level->across; b++) {
         const SurfaceGroup *group = &surface->groups[surface->first_group[p] + b];
-        Box *place = &level->blocks[b].place;
+        Box *place = &level->places[b];
         *place = box_empty();
         for (int k = group->vertex_begin; k < group->vertex_end; k++) {
             box_add(place, place_now(view, surface->group_vertices[k]));
@@ -133,107 +149,96 @@ static void fit_scattered(const QuietView *view, const QuietLevel *level, int p)
     }
 }
 
-/* a leaf along an axis */
-static void cut_leaf(Batch *batch, const QuietPanel *panel, const int block[2], int axis) {
-    const SurfacePanel *of = &batch->view->surface->panels[batch->panel];
-    int leaf = block[1] * panel->level[0].across + block[0];
-    int first[2] = {block[0] * SURFACE_BLOCK, block[1] * SURFACE_BLOCK}, cells[2];
-    int count = quiet_blocks_cells(of, block, axis);
-    cells[axis] = 1, cells[1 - axis] = quiet_blocks_cells(of, block, 1 - axis);
-    for (int k = 0; k < count; k++, first[axis]++) {
-        batch_add(batch, first, cells, &panel->strips[leaf].strip[axis][k]);
-    }
-    panel->cut[leaf] |= (unsigned char)(1 << axis);
-}
-
-const QuietBlock *quiet_blocks_cut(const QuietView *view, const QuietPanel *panel, int p,
+const QuietStrip *quiet_blocks_cut(const QuietView *view, const QuietPanel *panel, int p,
                                    const int block[2], int axis) {
-    int across = panel->level[0].across, leaf = block[1] * across + block[0];
+    int leaf = block[1] * panel->level[0].across + block[0];
+    QuietStrip *strip = panel->strips[leaf].strip[axis];
     if (!(panel->cut[leaf] & 1 << axis)) {
-        /* with the other of two, which fits in the same vectors */
-        int other[2] = {block[0] ^ 1, block[1]};
-        Batch batch;
-        batch_begin(&batch, view, p);
-        cut_leaf(&batch, panel, block, axis);
-        if (other[0] < across) {
-            cut_leaf(&batch, panel, other, axis);
+        const SurfacePanel *of = &view->surface->panels[p];
+        int first[2] = {block[0] * SURFACE_BLOCK, block[1] * SURFACE_BLOCK}, cells[2];
+        int count = quiet_blocks_cells(of, block, axis);
+        cells[axis] = 1, cells[1 - axis] = quiet_blocks_cells(of, block, 1 - axis);
+        SlopeNodes nodes = nodes_of(view, p);
+        SlopeBlocks blocks;
+        SlopeFit fit = slope_fit(of, &nodes);
+        slope_blocks_begin(&blocks, &fit);
+        for (int k = 0; k < count; k++, first[axis]++) {
+            slope_blocks_place(&blocks, &fit, k, of, &nodes, first, cells);
         }
-        batch_end(&batch);
+        view->kernel->fit(&fit);
+        for (int k = 0; k < count; k++) {
+            strip[k] = (QuietStrip){box_of(&fit, k), slope_field_at(&fit.slopes, k)};
+        }
+        panel->cut[leaf] |= (unsigned char)(1 << axis);
     }
-    return panel->strips[leaf].strip[axis];
+    return strip;
 }
 
-_Static_assert(2 * SURFACE_BLOCK <= SLOPE_BATCH, "the strips of two leaves are one batch");
-
-void quiet_blocks_join(const SlopeKernel *kernel, const Slopes *part[][SLOPE_PARTS],
-                       Slopes *all[]) {
-    SlopeJoin join;
-    for (int k = 0; k < SLOPE_BATCH; k++) {
-        for (int m = 0; m < SLOPE_PARTS; m++) {
-            slopes_put(&join.part[m], k, part[k][m]);
-        }
-    }
-    kernel->join(&join);
-    for (int k = 0; k < SLOPE_BATCH; k++) {
-        *all[k] = slope_values_at(&join.all, k);
-    }
-}
-
-/* The four blocks of the next finer level, at a side some of them twice. */
-static void blocks_within(const QuietLevel *fine, int across, int b, const QuietBlock *part[]) {
-    for (int k = 0; k < SLOPE_PARTS; k++) {
-        int column = 2 * (b % across) + (k & 1), row = 2 * (b / across) + (k >> 1);
-        column = column < fine->across ? column : fine->across - 1;
-        row = row < fine->along ? row : fine->along - 1;
-        part[k] = &fine->blocks[row * fine->across + column];
+/* places of blocks of those of the next finer level */
+static void join_places(const QuietLevel *fine, const QuietLevel *level) {
+    for (int b = 0; b < level->across * level->along; b++) {
+        int i = 2 * (b % level->across), j = 2 * (b / level->across);
+        int right = i + 1 < fine->across ? 1 : 0, up = j + 1 < fine->along ? fine->across : 0;
+        const Box *first = &fine->places[j * fine->across + i];
+        level->places[b] =
+            box_union(box_union(first[0], first[right]), box_union(first[up], first[up + right]));
     }
 }
 
-/* blocks of those of the next finer level */
-static void fit_level(const QuietView *view, const QuietLevel *fine, const QuietLevel *level,
-                      bool lattice) {
-    const Slopes *slopes[SLOPE_BATCH][SLOPE_PARTS];
-    Slopes *all[SLOPE_BATCH];
-    int count = level->across * level->along;
-    for (int first = 0; first < count; first += SLOPE_BATCH) {
-        for (int k = 0; k < SLOPE_BATCH; k++) {
-            int b = first + k < count ? first + k : count - 1; /* the last one again */
-            QuietBlock *block = &level->blocks[b];
-            const QuietBlock *part[SLOPE_PARTS];
-            blocks_within(fine, level->across, b, part);
-            block->place = part[0]->place;
-            for (int m = 1; m < SLOPE_PARTS; m++) {
-                block->place = box_union(block->place, part[m]->place);
-            }
-            for (int m = 0; m < SLOPE_PARTS; m++) {
-                slopes[k][m] = &part[m]->slopes;
-            }
-            all[k] = &block->slopes;
-        }
-        if (lattice) {
-            quiet_blocks_join(view->kernel, slopes, all);
+/* slopes likewise */
+static void join_slopes(const SlopeKernel *kernel, const QuietLevel *fine,
+                        const QuietLevel *level) {
+    for (int j = 0; j < level->along; j++) {
+        int up = 2 * j + 1 < fine->along ? fine->pitch : 0; /* else the block itself */
+        for (int i = 0; i < level->across; i += SLOPE_BATCH) {
+            int low = 2 * j * fine->pitch + 2 * i;
+            kernel->join(&fine->slopes, low, low + up, &level->slopes, j * level->pitch + i);
         }
     }
+}
+
+/* the blocks past the sides, and no windows */
+static void finish_level(const QuietLevel *level, bool wrap) {
+    for (int r = 0; r < SLOPE_ROWS; r++) {
+        float *row = level->slopes.row[r];
+        for (int j = 0; j < level->along; j++) {
+            float *end = row + j * level->pitch + level->across;
+            *end = wrap ? end[-level->across] : end[-1];
+        }
+        float *past = row + level->along * level->pitch;
+        memcpy(past, past - level->pitch, (size_t)level->pitch * sizeof *past);
+    }
+    for (int b = 0; b < level->room; b++) {
+        level->window[b] = NAN;
+    }
+}
+
+double quiet_blocks_window(const SlopeKernel *kernel, const QuietLevel *level, int i, int j) {
+    int b = j * level->pitch + i;
+    if (isnan(level->window[b])) {
+        kernel->window(&level->slopes, level->pitch, b - b % SLOPE_BATCH, level->window);
+    }
+    return (double)level->window[b];
 }
 
 void quiet_blocks_fit(const QuietView *view, QuietPanel *panel, int p) {
+    const SurfacePanel *of = &view->surface->panels[p];
     bool lattice = quiet_is_lattice(view->surface, p);
-    if (panel->level_count == 0) {
-        return;
-    }
-    if (lattice) {
-        fit_lattice(view, &panel->level[0], p);
-        memset(panel->cut, 0, (size_t)(panel->level[0].across * panel->level[0].along));
-    } else {
-        fit_scattered(view, &panel->level[0], p);
-    }
     for (int k = 0; k < panel->level_count; k++) {
-        const QuietLevel *level = &panel->level[k];
-        for (int b = 0; b < level->across * level->along; b++) {
-            level->window[b] = NAN;
-        }
+        const QuietLevel *level = &panel->level[k], *fine = &panel->level[k > 0 ? k - 1 : 0];
         if (k > 0) {
-            fit_level(view, &panel->level[k - 1], level, lattice);
+            join_places(fine, level);
+        } else if (!lattice) {
+            fit_scattered(view, level, p);
+        } else {
+            fit_leaves(view, panel, p);
+            memset(panel->cut, 0, (size_t)(level->across * level->along));
+        }
+        if (lattice && k > 0) {
+            join_slopes(view->kernel, fine, level);
+        }
+        if (lattice) {
+            finish_level(level, of->wrap);
         }
     }
 }

@@ -1,5 +1,6 @@
-/* slope_batch.h: where some blocks of a lattice are and how their gradients differ (slopes.h), in row
- * loops that vectorise; the same bits for every width. */
+/* slope_batch.h: where the blocks of a lattice are and how their gradients differ (slopes.h), in row loops
+ * that vectorise; the same bits for every width. Numbers are floats: nodes count from an origin near them, and
+ * what bounds gradients is wider by SLOPE_ROUNDING of what it is made of. */
 #ifndef TOILE_CONTACT_SLOPE_BATCH_H
 #define TOILE_CONTACT_SLOPE_BATCH_H
 
@@ -7,65 +8,80 @@
 #include "sim/contact/slopes.h"
 #include "sim/contact/surface.h"
 
-#define SLOPE_BATCH 8                   /* blocks: the widest vector */
+#define SLOPE_BATCH 16                  /* blocks: the widest vector of floats */
 #define SLOPE_NODES (SURFACE_BLOCK + 1) /* along a side of a block */
+#define SLOPE_PARTS 4                   /* 2 x 2 blocks */
+#define SLOPE_ROUNDING 1e-6f            /* some 16 roundings of 2^-24 */
 
 /* One number of all blocks. */
-typedef double SlopeRow[SLOPE_BATCH];
+typedef float SlopeRow[SLOPE_BATCH];
+
+/* Slopes of many blocks, as rows of numbers: mean (6, du before dv), normal (3), flat, steep. */
+#define SLOPE_MEAN 0
+#define SLOPE_NORMAL 6
+#define SLOPE_FLAT 9
+#define SLOPE_STEEP 10
+#define SLOPE_ROWS 11
+typedef struct SlopeField {
+    float *row[SLOPE_ROWS];
+} SlopeField;
 
 /* The nodes of a lattice: node n is at x[0 .. 2][slot[n]] [m]. */
 typedef struct SlopeNodes {
-    double h[2]; /* [m] size of a cell */
     const int *slot;
     double *const *x;
 } SlopeNodes;
 
-/* Of blocks, as Slopes. */
-typedef struct SlopeValues {
-    SlopeRow mean[2][3];  /* of dx/du, dx/dv */
-    SlopeRow normal[3];   /* unit vector across both */
-    SlopeRow flat, steep; /* largest difference from the mean within the plane, across it */
-} SlopeValues;
+/* The blocks at .. at + SLOPE_BATCH - 1 of those that the pointers lead to. */
+typedef struct SlopeFit {
+    double h[2];      /* [m] in: size of a cell */
+    double origin[3]; /* [m] in: of the nodes */
+    int at;
+    /* [m] in: each node of a block along v and u, from the origin on; past a side the last one again */
+    const float *node[SLOPE_NODES][SLOPE_NODES][3];
+    const float *cells[2];       /* in: 1 .. SURFACE_BLOCK along u, v */
+    double low[3][SLOPE_BATCH];  /* [m] out: box of the nodes */
+    double high[3][SLOPE_BATCH]; /* [m] ... */
+    SlopeField slopes;           /* out */
+} SlopeFit;
 
-typedef struct SlopeRows {
-    /* in: first node of a row of a block, and how far the nodes of its columns are from there; past a side
-     * the last one again */
-    int row[SLOPE_NODES][SLOPE_BATCH], column[SLOPE_NODES][SLOPE_BATCH];
-    SlopeRow cells[2];        /* in: 1 .. SURFACE_BLOCK along u, v */
-    SlopeRow low[3], high[3]; /* [m] out: box of the nodes */
-    SlopeValues slopes;       /* out */
-} SlopeRows;
+/* Blocks taken from anywhere in a lattice. */
+typedef struct SlopeBlocks {
+    SlopeRow node[SLOPE_NODES][SLOPE_NODES][3], cells[2], slopes[SLOPE_ROWS];
+} SlopeBlocks;
 
-/* Column `at` is that rectangle of cells of a lattice, at most SURFACE_BLOCK along each side. */
-static inline void slope_rows_place(SlopeRows *rows, int at, const SurfacePanel *panel,
-                                    const int first[2], const int cells[2]) {
-    rows->cells[0][at] = cells[0], rows->cells[1][at] = cells[1];
-    for (int k = 0; k < SLOPE_NODES; k++) {
-        int i = first[0] + (k < cells[0] ? k : cells[0]);
-        rows->column[k][at] = i < panel->nu ? i : i - panel->nu;
-        rows->row[k][at] = (first[1] + (k < cells[1] ? k : cells[1])) * panel->nu;
+/* No blocks yet; their nodes count from the middle of the panel. */
+SlopeFit slope_fit(const SurfacePanel *panel, const SlopeNodes *nodes);
+
+/* The blocks of `fit` are these, all of them empty. */
+void slope_blocks_begin(SlopeBlocks *blocks, SlopeFit *fit);
+
+/* Block `k` is that rectangle of cells, at most SURFACE_BLOCK along each side. */
+void slope_blocks_place(SlopeBlocks *blocks, const SlopeFit *fit, int k, const SurfacePanel *panel,
+                        const SlopeNodes *nodes, const int first[2], const int cells[2]);
+
+/* (room) of every row */
+SlopeField slope_field_create(int room, Arena *arena);
+
+static inline Slopes slope_field_at(const SlopeField *field, int block) {
+    double n[SLOPE_ROWS];
+    for (int r = 0; r < SLOPE_ROWS; r++) {
+        n[r] = (double)field->row[r][block];
     }
+    return (Slopes){.mean = {{n[0], n[1], n[2]}, {n[3], n[4], n[5]}},
+                    .normal = {n[SLOPE_NORMAL], n[SLOPE_NORMAL + 1], n[SLOPE_NORMAL + 2]},
+                    .flat = n[SLOPE_FLAT],
+                    .steep = n[SLOPE_STEEP]};
 }
-
-/* of block k */
-static inline Slopes slope_values_at(const SlopeValues *from, int k) {
-    const SlopeRow *u = from->mean[0], *v = from->mean[1], *n = from->normal;
-    return (Slopes){.mean = {{u[0][k], u[1][k], u[2][k]}, {v[0][k], v[1][k], v[2][k]}},
-                    .normal = {n[0][k], n[1][k], n[2][k]},
-                    .flat = from->flat[k],
-                    .steep = from->steep[k]};
-}
-
-#define SLOPE_PARTS 4 /* of a block of the next coarser level */
-
-typedef struct SlopeJoin {
-    SlopeValues part[SLOPE_PARTS]; /* in: some may be the same */
-    SlopeValues all;               /* out: of all parts at once */
-} SlopeJoin;
 
 typedef struct SlopeKernel {
-    void (*fit)(const SlopeNodes *nodes, SlopeRows *rows);
-    void (*join)(SlopeJoin *join);
+    /* out[c][b] = x[3 b + c] - origin, for `count` b: the columns of blocks that follow each other */
+    void (*pack)(const double *x, double origin, int count, float *const out[SURFACE_BLOCK]);
+    void (*fit)(SlopeFit *fit);
+    /* Block at + k of `out` is one of four: 2 k and 2 k + 1 from `low` and from `high` on; k < SLOPE_BATCH. */
+    void (*join)(const SlopeField *fine, int low, int high, const SlopeField *out, int at);
+    /* least[at + k]: s_min(P C) - e over block at + k, the next one, and those `pitch` after both, likewise. */
+    void (*window)(const SlopeField *field, int pitch, int at, float *least);
 } SlopeKernel;
 
 extern const SlopeKernel slope_kernel_scalar, slope_kernel_sse2, slope_kernel_avx2,

@@ -60,8 +60,8 @@ ONE_LOOP void most_apart(double *const x[3], double *const from[3], size_t at, b
                         (from ? r[n] - w[n] : r[n]) - c);
         }
         if (above) {
-            keep_larger(most + 1, k, (from ? p[m] - u[m] : p[m]) - a, (from ? q[m] - v[m] : q[m]) - b,
-                        (from ? r[m] - w[m] : r[m]) - c);
+            keep_larger(most + 1, k, (from ? p[m] - u[m] : p[m]) - a,
+                        (from ? q[m] - v[m] : q[m]) - b, (from ? r[m] - w[m] : r[m]) - c);
         }
     }
 }

@@ -22,7 +22,7 @@ Looks looks_create(const System *system, const Lanes *lanes, const int *slot,
             chunks = own > chunks ? own : chunks;
         }
     }
-    l.chunk_most = (double (*)[2])arena_push(system->arena, double, 2 * chunks);
+    l.chunk_most = (double(*)[2])arena_push(system->arena, double, 2 * chunks);
     l.chunk_box = arena_push(system->arena, Box, chunks);
     for (int a = 0; a < 3; a++) {
         l.marked[a] = arena_push(system->arena, double, lanes->slot_count);
