@@ -7,6 +7,7 @@
 #include "sim/step/air.h"
 #include "sim/step/bounds.h"
 #include "sim/step/damping.h"
+#include "sim/step/drift.h"
 #include "sim/step/impulse.h"
 #include "sim/step/lead.h"
 #include "sim/step/looks.h"
@@ -25,8 +26,6 @@
 /* ... or where a step is so many times the limit of the cloth as it is stretched: where handles pull, most of what is
  * at hand is theirs, and the energy says so too late. */
 #define BURST_LIMITS 1.2
-/* a drift repeats nothing: chunks are parts of those of the kick */
-#define DRIFT_PARTS 3
 
 struct Explicit {
     const System *system;
@@ -36,7 +35,7 @@ struct Explicit {
     SweepLattice *lattices; /* (cloth_count) with first slots; nu = 0: no sweep */
     double *buffers;        /* row buffers, one set a chunk */
     size_t buffer_size;     /* [double] of one chunk */
-    SweepSpeed *chunk_speed;
+    Drift drift;
     size_t chunks;        /* most of one cloth */
     int *grain;           /* (cloth_count) rows of a chunk */
     double *x, *gradient; /* (place_count x 3) for cloths without a sweep */
@@ -106,7 +105,6 @@ static void place_all(Explicit *e) {
     e->lanes = lanes_create(slots, system->arena);
     e->buffer_size = SWEEP_BUFFER_ROWS * widest + LANE_MARGIN;
     e->buffers = arena_push(system->arena, double, e->buffer_size *chunks);
-    e->chunk_speed = arena_push(system->arena, SweepSpeed, DRIFT_PARTS * chunks);
     e->chunks = chunks;
 }
 
@@ -115,6 +113,7 @@ Explicit *explicit_create(const System *system) {
     e->system = system;
     e->kernel = sweep_kernel_best();
     place_all(e);
+    e->drift = drift_create(system, e->lattices, e->grain, &e->lanes, e->slot);
     e->x = arena_push(system->arena, double, 3 * system->place_count);
     e->gradient = arena_push(system->arena, double, 3 * system->place_count);
     e->ahead[0] = arena_push(system->arena, double, 3 * system->place_count);
@@ -290,100 +289,6 @@ static void kick(Explicit *e, double dt) {
     }
 }
 
-typedef struct DriftJob {
-    Explicit *e;
-    const SweepLattice *lattice;
-    SweepDrift drift;
-} DriftJob;
-
-static void drift_chunk(int chunk, int first, int end, void *context) {
-    DriftJob *job = context;
-    job->e->chunk_speed[chunk] =
-        job->e->kernel->drift(job->lattice, &job->e->lanes, &job->drift, first, end);
-}
-
-/* ghosts of a lattice, or all nodes of other cloth */
-static double drift_place(Explicit *e, int place, const SweepDrift *drift) {
-    const Lanes *l = &e->lanes;
-    int slot = e->slot[place];
-    double square = 0.0;
-    for (int a = 0; a < 3; a++) {
-        double v = l->v[a][slot], *x = &l->x[a][slot];
-        *x += drift->dt * v;
-        square += v * v;
-        if (l->bent[a] != l->x[a]) {
-            l->bent[a][slot] = *x + drift->bent * v;
-        }
-        if (l->stretched[a] != l->x[a]) {
-            l->stretched[a][slot] = *x + drift->stretched * v;
-        }
-    }
-    return square;
-}
-
-/* [m/s] of all cloth in a drift; of frames, see sweep.h */
-typedef struct Drifted {
-    double within, relative; /* in a frame; of two nodes next to each other */
-    Box frames;
-} Drifted;
-
-static void add_speeds(Drifted *all, const SweepSpeed *speed, int count) {
-    double within = 0.0, shear = 0.0;
-    for (int k = 0; k < count; k++) {
-        within = max2(speed[k].within, within), shear = max2(speed[k].shear, shear);
-        all->frames = box_union(all->frames, speed[k].frames);
-    }
-    within = sqrt(within);
-    all->within = max2(within, all->within);
-    all->relative = max2(2.0 * within + sqrt(shear), all->relative);
-}
-
-static ContactSpeeds speeds_of(const Drifted *all) {
-    Vec3 low = all->frames.low, high = all->frames.high;
-    Vec3 most = {max2(-low.x, high.x), max2(-low.y, high.y), max2(-low.z, high.z)};
-    return (ContactSpeeds){.fastest = all->within + vec3_length(most),
-                           .mutual = 2.0 * all->within + vec3_length(vec3_sub(high, low)),
-                           .relative = all->relative};
-}
-
-/* [m2/s2] of the fastest; places from `first` on, up to those of the next cloth */
-static double drift_places(Explicit *e, int c, int first, const SweepDrift *drift) {
-    double square = 0.0;
-    for (int i = first; i < e->system->first[c + 1]; i++) {
-        square = max2(drift_place(e, i, drift), square);
-    }
-    return square;
-}
-
-/* x += dt v, also for held places and ghosts, whose velocities lead to their targets */
-static ContactSpeeds drift(Explicit *e, double dt) {
-    Drifted all = {0.0, 0.0, box_empty()};
-    double ghosts = 0.0;
-    bool frames = e->contact && contact_asks_relative(e->contact);
-    for (int c = 0; c < e->system->cloth_count; c++) {
-        const SweepLattice *l = &e->lattices[c];
-        SweepDrift one = {dt, e->bending.time[c], e->membrane.time[c], frames};
-        int first = e->system->first[c];
-        if (l->nu > 0) {
-            DriftJob job = {e, l, one};
-            int grain = (e->grain[c] + DRIFT_PARTS - 1) / DRIFT_PARTS;
-            parallel_for(l->nv, grain, drift_chunk, &job);
-            add_speeds(&all, e->chunk_speed, parallel_chunk_count(l->nv, grain));
-            first += e->system->cloths[c].node_count;
-            ghosts = max2(drift_places(e, c, first, &one), ghosts);
-            sweep_wrap_rows(l, e->lanes.x);
-            sweep_wrap_rows(l, e->lanes.bent);
-            sweep_wrap_rows(l, e->lanes.stretched);
-        } else {
-            SweepSpeed speed = {drift_places(e, c, first, &one), {{0, 0, 0}, {0, 0, 0}}, 0.0};
-            add_speeds(&all, &speed, 1);
-        }
-    }
-    ContactSpeeds speeds = speeds_of(&all);
-    speeds.fastest = max2(sqrt(ghosts), speeds.fastest);
-    return speeds;
-}
-
 /* takes held places to their targets; returns the work [J] */
 static double steer_held(Explicit *e, double dt, double kick_dt, double time_end) {
     double work = 0.0;
@@ -444,7 +349,8 @@ static void change_by_contact(Explicit *e, bool (*change)(Contact *, double), do
 /* drift that crosses nothing */
 static double guarded_drift(Explicit *e, double dt, double *work) {
     change_by_contact(e, contact_guard, dt, work);
-    ContactSpeeds speeds = drift(e, dt);
+    bool frames = e->contact && contact_asks_relative(e->contact);
+    ContactSpeeds speeds = drift_all(&e->drift, dt, e->bending.time, e->membrane.time, frames);
     if (e->contact) {
         contact_drifted(e->contact, &speeds, dt);
     }
@@ -563,7 +469,7 @@ ExplicitResult explicit_interval(Explicit *e, const ExplicitRun *run, State *sta
     double spread = begin_bounds(e, run, state);
     set_damping(e, run);
     damping_start(&e->damping, state->time, run->dt, run->steps);
-    drift(e, 0.0); /* puts ghosts, curvature and stretch in their places */
+    drift_all(&e->drift, 0.0, e->bending.time, e->membrane.time, false); /* puts ghosts, curvature and stretch in their places */
     if (e->contact) {
         double longer = run->scaled ? e->limit[1] / e->limit[0] : 1.0;
         ContactView view = {
