@@ -431,8 +431,7 @@ static void guard_by_planes(Contact *c, double dt) {
     }
 }
 
-/* the velocities that the guard changed, to the lanes */
-/* did any? */
+/* the velocities that the guard changed, to the lanes; were there any? */
 static bool write_changed(Contact *c) {
     bool some = c->changed_count > 0;
     for (int k = 0; k < c->changed_count; k++) {
@@ -494,7 +493,9 @@ static void advance_and_count(Contact *c) {
 
 bool contact_guard(Contact *c, double dt) {
     if (passes_quietly(c, dt)) {
-        obstacle_move(c, dt);
+        if (c->def->obstacle_count > 0) {
+            obstacle_move(c, dt);
+        }
         return false;
     }
     double start = clock_seconds();

@@ -6,24 +6,38 @@
 
 /* a side of a triangle, while edges are made */
 typedef struct Side {
-    int low, high, triangle;
+    int low, high, number; /* places; 3 t + k */
 } Side;
 
-static int by_ends(const void *a, const void *b) {
-    const Side *p = a, *q = b;
-    int order = (p->low > q->low) - (p->low < q->low);
-    order = order ? order : (p->high > q->high) - (p->high < q->high);
-    return order ? order : p->triangle - q->triangle;
+/* All sides in the order of their ends, equal ones in that of their triangles: dealt to their lower ends, of which
+ * each has few. */
+static Side *sort_sides(const Surface *s, int places, Arena *scratch) {
+    int count = 3 * s->triangle_count, *end = arena_push(scratch, int, places + 1);
+    Side *sorted = arena_push(scratch, Side, count);
+    for (int i = 0; i < count; i++) {
+        int a = s->triangles[i], b = s->triangles[i / 3 * 3 + (i + 1) % 3];
+        end[(a < b ? a : b) + 1]++;
+    }
+    for (int place = 0; place < places; place++) {
+        end[place + 1] += end[place];
+    }
+    int *begin = arena_push(scratch, int, places);
+    memcpy(begin, end, (size_t)places * sizeof *begin);
+    for (int i = 0; i < count; i++) {
+        int a = s->triangles[i], b = s->triangles[i / 3 * 3 + (i + 1) % 3];
+        Side side = {a < b ? a : b, a < b ? b : a, i};
+        int at = end[side.low]++;
+        for (; at > begin[side.low] && sorted[at - 1].high > side.high; at--) {
+            sorted[at] = sorted[at - 1];
+        }
+        sorted[at] = side;
+    }
+    return sorted;
 }
 
-/* all edges; sides[3 t + k] of triangle t in *edge_of */
-static void make_edges(Surface *s, int *edge_of, Side *sides, Arena *arena) {
+/* all edges; edge_of[3 t + k]: of a side of triangle t */
+static void make_edges(Surface *s, const Side *sides, int *edge_of, Arena *arena) {
     int count = 3 * s->triangle_count;
-    for (int i = 0; i < count; i++) {
-        int t = i / 3, a = s->triangles[i], b = s->triangles[3 * t + (i + 1) % 3];
-        sides[i] = (Side){a < b ? a : b, a < b ? b : a, i};
-    }
-    qsort(sides, (size_t)count, sizeof *sides, by_ends);
     s->edges = arena_push(arena, int, 2 * count);
     s->sides = arena_push(arena, int, count);
     for (int i = 0; i < count; i++) {
@@ -34,8 +48,8 @@ static void make_edges(Surface *s, int *edge_of, Side *sides, Arena *arena) {
             s->edges[2 * s->edge_count + 1] = sides[i].high;
             s->edge_count++;
         }
-        s->sides[sides[i].triangle] = fresh ? s->edge_count - 1 : -1;
-        edge_of[sides[i].triangle] = s->edge_count - 1;
+        s->sides[sides[i].number] = fresh ? s->edge_count - 1 : -1;
+        edge_of[sides[i].number] = s->edge_count - 1;
     }
 }
 
@@ -267,8 +281,7 @@ Surface surface_create(const SurfacePanel *panels, int panel_count, const double
     s.first_group = arena_push(arena, int, panel_count + 1);
     s.blocks = arena_push(arena, int, 2 * panel_count);
     int *edge_of = arena_push(&scratch, int, 3 * s.triangle_count);
-    Side *sides = arena_push(&scratch, Side, 3 * s.triangle_count);
-    make_edges(&s, edge_of, sides, arena);
+    make_edges(&s, sort_sides(&s, places, &scratch), edge_of, arena);
     int *partner = arena_push(&scratch, int, s.triangle_count);
     pair_triangles(&s, edge_of, partner, &scratch);
     SurfaceCell *cells = make_cells(&s, partner, &scratch);

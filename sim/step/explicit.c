@@ -394,7 +394,9 @@ static void run_steps(Explicit *e, const ExplicitRun *run, const State *state, d
         damping_before(&e->damping);
         kick_with_contact(e, run->dt, share, time_end, s == 0);
         result->work += steer_held(e, run->dt, share * run->dt, time_end);
-        change_by_contact(e, contact_repel, run->dt, &result->work);
+        if (e->system->contact.impulses) {
+            change_by_contact(e, contact_repel, run->dt, &result->work);
+        }
         bounds_hold(&e->bounds, run->dt, share);
         share = 1.0;
         result->steps++;
