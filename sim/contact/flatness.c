@@ -10,34 +10,44 @@ Flatness flatness_create(const Surface *surface, Arena *arena) {
     Flatness f = {.kernel = quiet_blocks_kernel(vector_best()),
                   .altitude = arena_push(arena, double, surface->panel_count),
                   .slopes = arena_push(arena, Slopes, surface->group_count)};
-    int places = 0;
     for (int p = 0; p < surface->panel_count; p++) {
         const SurfacePanel *panel = &surface->panels[p];
-        places = panel->first + panel->vertex_count;
         f.altitude[p] = panel->nu > 0 ? surface_lattice_altitude(panel) : 0.0;
     }
-    f.number = arena_push(arena, int, places);
-    for (int i = 0; i < places; i++) {
-        f.number[i] = 3 * i;
-    }
     return f;
+}
+
+/* Group g as block k of `blocks`, from the origin of `fit` on. */
+static void place_group(const Surface *surface, const Points *x, int g, const SlopeFit *fit,
+                        SlopeBlocks *blocks, int k) {
+    const SurfaceGroup *group = &surface->groups[g];
+    const SurfacePanel *panel = &surface->panels[group->panel];
+    int first[2] = {group->block[0] * SURFACE_BLOCK, group->block[1] * SURFACE_BLOCK};
+    int cells[2] = {quiet_blocks_cells(panel, group->block, 0),
+                    quiet_blocks_cells(panel, group->block, 1)};
+    blocks->cells[0][k] = (float)cells[0], blocks->cells[1][k] = (float)cells[1];
+    for (int n = 0; n < SLOPE_NODES * SLOPE_NODES; n++) {
+        int m = n / SLOPE_NODES, c = n % SLOPE_NODES;
+        int i = first[0] + (c < cells[0] ? c : cells[0]), j = m < cells[1] ? m : cells[1];
+        int node = (first[1] + j) * panel->nu + (i < panel->nu ? i : i - panel->nu);
+        const double *at = x->x + 3 * (long)(panel->first + node);
+        for (int a = 0; a < 3; a++) {
+            blocks->node[m][c][a][k] = (float)(at[a] - fit->origin[a]);
+        }
+    }
 }
 
 /* up to SLOPE_BATCH groups of one panel */
 static void fit_batch(const Flatness *f, const Surface *surface, const Points *x, const int *groups,
                       int count) {
-    const SurfacePanel *panel = &surface->panels[surface->groups[groups[0]].panel];
-    double *at = (double *)x->x; /* only read */
-    double *const lanes[3] = {at, at + 1, at + 2};
-    SlopeNodes nodes = {f->number + panel->first, lanes};
+    const SurfaceGroup *first = &surface->groups[groups[0]];
+    const SurfacePanel *panel = &surface->panels[first->panel];
+    Vec3 origin = point_at(x, surface->group_vertices[first->vertex_begin]);
     SlopeBlocks blocks;
-    SlopeFit fit = slope_fit(panel, &nodes);
+    SlopeFit fit = {.h = {panel->h1, panel->h2}, .origin = {origin.x, origin.y, origin.z}};
     slope_blocks_begin(&blocks, &fit);
     for (int k = 0; k < count; k++) {
-        const int *block = surface->groups[groups[k]].block;
-        int cells[2] = {quiet_blocks_cells(panel, block, 0), quiet_blocks_cells(panel, block, 1)};
-        int first[2] = {block[0] * SURFACE_BLOCK, block[1] * SURFACE_BLOCK};
-        slope_blocks_place(&blocks, &fit, k, panel, &nodes, first, cells);
+        place_group(surface, x, groups[k], &fit, &blocks, k);
     }
     f->kernel->fit(&fit);
     for (int k = 0; k < count; k++) {

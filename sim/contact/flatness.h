@@ -9,7 +9,6 @@
 
 typedef struct Flatness {
     const SlopeKernel *kernel;
-    int *number;      /* (places) of the first coordinate of a place among all positions */
     double *altitude; /* [m] (panel_count) of lattices: material distance of such features */
     Slopes *slopes;   /* (group_count) of lattice groups, at the positions they were fitted to */
 } Flatness;

@@ -83,13 +83,21 @@ static Box box_of(const SlopeFit *fit, int k) {
                  {fit->high[0][k], fit->high[1][k], fit->high[2][k]}};
 }
 
-static SlopeNodes nodes_of(const QuietView *view, int panel) { /* a lattice is cloth */
-    return (SlopeNodes){view->slot + view->surface->panels[panel].first, view->lanes};
+/* where coordinate a of node (3 i + c, 3 j + m) of leaf 0 of a lattice is packed, c and m up to 3 */
+static float *packed_at(const QuietPanel *panel, int a, int m, int c) {
+    int row = PACKED_ROWS * a + SURFACE_BLOCK * (m % SURFACE_BLOCK) + c % SURFACE_BLOCK;
+    const QuietLevel *leaves = &panel->level[0];
+    int leaf = m / SURFACE_BLOCK * leaves->pitch + c / SURFACE_BLOCK;
+    return panel->packed + (size_t)row * (size_t)leaves->room + leaf;
 }
 
-/* a row of nodes, from the origin on; past the ends of a row that does not run around, the last node again */
-static void pack_row(const QuietView *view, const QuietPanel *panel, int p, int row,
-                     const double origin[3]) {
+static SlopeFit fit_of(const QuietPanel *panel, const SurfacePanel *of) {
+    return (SlopeFit){.h = {of->h1, of->h2},
+                      .origin = {panel->origin[0], panel->origin[1], panel->origin[2]}};
+}
+
+/* a row of nodes; past the ends of a row that does not run around, the last node again */
+static void pack_row(const QuietView *view, const QuietPanel *panel, int p, int row) {
     const SurfacePanel *of = &view->surface->panels[p];
     int j = row < of->nv ? row : of->nv - 1, whole = of->nu / SURFACE_BLOCK;
     int pitch = panel->level[0].pitch, at = row / SURFACE_BLOCK * pitch;
@@ -97,32 +105,35 @@ static void pack_row(const QuietView *view, const QuietPanel *panel, int p, int 
         const double *x = view->lanes[a] + view->slot[of->first + j * of->nu];
         float *out[SURFACE_BLOCK];
         for (int c = 0; c < SURFACE_BLOCK; c++) {
-            int packed = PACKED_ROWS * a + SURFACE_BLOCK * (row % SURFACE_BLOCK) + c;
-            out[c] = panel->packed + (size_t)packed * (size_t)panel->level[0].room + at;
+            out[c] = packed_at(panel, a, row % SURFACE_BLOCK, c) + at;
         }
-        view->kernel->pack(x, origin[a], whole, out);
+        view->kernel->pack(x, panel->origin[a], whole, out);
         for (int i = SURFACE_BLOCK * whole; i < SURFACE_BLOCK * pitch; i++) {
             double last = i < of->nu ? x[i] : of->wrap ? x[0] : x[of->nu - 1];
-            out[i % SURFACE_BLOCK][i / SURFACE_BLOCK] = (float)(last - origin[a]);
+            out[i % SURFACE_BLOCK][i / SURFACE_BLOCK] = (float)(last - panel->origin[a]);
         }
     }
 }
 
-static void fit_leaves(const QuietView *view, const QuietPanel *panel, int p) {
+static void pack_nodes(const QuietView *view, QuietPanel *panel, int p) {
     const SurfacePanel *of = &view->surface->panels[p];
+    int middle = view->slot[of->first + of->nu * (of->nv / 2) + of->nu / 2];
+    for (int a = 0; a < 3; a++) {
+        panel->origin[a] = view->lanes[a][middle];
+    }
+    for (int row = 0; row <= SURFACE_BLOCK * panel->level[0].along; row++) {
+        pack_row(view, panel, p, row);
+    }
+}
+
+static void fit_leaves(const QuietView *view, const QuietPanel *panel, int p) {
     const QuietLevel *level = &panel->level[0];
-    SlopeNodes nodes = nodes_of(view, p);
-    SlopeFit fit = slope_fit(of, &nodes);
+    SlopeFit fit = fit_of(panel, &view->surface->panels[p]);
     fit.cells[0] = panel->cells[0], fit.cells[1] = panel->cells[1];
     fit.slopes = level->slopes;
-    for (int row = 0; row <= SURFACE_BLOCK * level->along; row++) {
-        pack_row(view, panel, p, row, fit.origin);
-    }
     for (int n = 0; n < 3 * SLOPE_NODES * SLOPE_NODES; n++) {
         int a = n % 3, m = n / 3 / SLOPE_NODES, c = n / 3 % SLOPE_NODES;
-        int packed = PACKED_ROWS * a + SURFACE_BLOCK * (m % SURFACE_BLOCK) + c % SURFACE_BLOCK;
-        fit.node[m][c][a] = panel->packed + (size_t)packed * (size_t)level->room +
-                            m / SURFACE_BLOCK * level->pitch + c / SURFACE_BLOCK;
+        fit.node[m][c][a] = packed_at(panel, a, m, c);
     }
     for (int b = 0, i = 0, j = 0; j < level->along; b++) { /* i = across: no block */
         if (b % SLOPE_BATCH == 0) {
@@ -149,21 +160,30 @@ static void fit_scattered(const QuietView *view, const QuietLevel *level, int p)
     }
 }
 
+/* Strip k of a leaf along an axis, as block k of `blocks`. */
+static void place_strip(SlopeBlocks *blocks, const QuietPanel *panel, int leaf, int axis, int k) {
+    for (int n = 0; n < 3 * SLOPE_NODES * SLOPE_NODES; n++) {
+        int a = n % 3, m = n / 3 / SLOPE_NODES, c = n / 3 % SLOPE_NODES;
+        int column = axis == 0 ? k + (c > 0) : c, row = axis == 1 ? k + (m > 0) : m;
+        blocks->node[m][c][a][k] = packed_at(panel, a, row, column)[leaf];
+    }
+    blocks->cells[axis][k] = 1.0f;
+    blocks->cells[1 - axis][k] = panel->cells[1 - axis][leaf];
+}
+
 const QuietStrip *quiet_blocks_cut(const QuietView *view, const QuietPanel *panel, int p,
                                    const int block[2], int axis) {
-    int leaf = block[1] * panel->level[0].across + block[0];
+    const QuietLevel *leaves = &panel->level[0];
+    int leaf = block[1] * leaves->across + block[0];
     QuietStrip *strip = panel->strips[leaf].strip[axis];
     if (!(panel->cut[leaf] & 1 << axis)) {
         const SurfacePanel *of = &view->surface->panels[p];
-        int first[2] = {block[0] * SURFACE_BLOCK, block[1] * SURFACE_BLOCK}, cells[2];
-        int count = quiet_blocks_cells(of, block, axis);
-        cells[axis] = 1, cells[1 - axis] = quiet_blocks_cells(of, block, 1 - axis);
-        SlopeNodes nodes = nodes_of(view, p);
         SlopeBlocks blocks;
-        SlopeFit fit = slope_fit(of, &nodes);
+        SlopeFit fit = fit_of(panel, of);
         slope_blocks_begin(&blocks, &fit);
-        for (int k = 0; k < count; k++, first[axis]++) {
-            slope_blocks_place(&blocks, &fit, k, of, &nodes, first, cells);
+        int count = quiet_blocks_cells(of, block, axis);
+        for (int k = 0; k < count; k++) {
+            place_strip(&blocks, panel, block[1] * leaves->pitch + block[0], axis, k);
         }
         view->kernel->fit(&fit);
         for (int k = 0; k < count; k++) {
@@ -231,6 +251,7 @@ void quiet_blocks_fit(const QuietView *view, QuietPanel *panel, int p) {
         } else if (!lattice) {
             fit_scattered(view, level, p);
         } else {
+            pack_nodes(view, panel, p);
             fit_leaves(view, panel, p);
             memset(panel->cut, 0, (size_t)(level->across * level->along));
         }

@@ -39,7 +39,8 @@ typedef struct QuietPanel {
     double line[2]; /* h1, h2 over `motion`: spreads by which two lines come nearer, along u, v */
     /* Nodes of all leaves, packed: [m] coordinate a of node (3 i + c, 3 j + m) is in row 9 a + 3 m + c, as
      * number j pitch + i. */
-    float *packed;       /* (27 x room of the leaves) */
+    float *packed;       /* (27 x room of the leaves), from the origin on */
+    double origin[3];    /* [m] */
     float *cells[2];     /* (room of the leaves) along u and v */
     QuietStrips *strips; /* (leaves) on lattices, of those that were cut */
     unsigned char *cut;  /* (leaves) bit of each axis along which it was */

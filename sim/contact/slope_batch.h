@@ -26,12 +26,6 @@ typedef struct SlopeField {
     float *row[SLOPE_ROWS];
 } SlopeField;
 
-/* The nodes of a lattice: node n is at x[0 .. 2][slot[n]] [m]. */
-typedef struct SlopeNodes {
-    const int *slot;
-    double *const *x;
-} SlopeNodes;
-
 /* The blocks at .. at + SLOPE_BATCH - 1 of those that the pointers lead to. */
 typedef struct SlopeFit {
     double h[2];      /* [m] in: size of a cell */
@@ -50,15 +44,8 @@ typedef struct SlopeBlocks {
     SlopeRow node[SLOPE_NODES][SLOPE_NODES][3], cells[2], slopes[SLOPE_ROWS];
 } SlopeBlocks;
 
-/* No blocks yet; their nodes count from the middle of the panel. */
-SlopeFit slope_fit(const SurfacePanel *panel, const SlopeNodes *nodes);
-
 /* The blocks of `fit` are these, all of them empty. */
 void slope_blocks_begin(SlopeBlocks *blocks, SlopeFit *fit);
-
-/* Block `k` is that rectangle of cells, at most SURFACE_BLOCK along each side. */
-void slope_blocks_place(SlopeBlocks *blocks, const SlopeFit *fit, int k, const SurfacePanel *panel,
-                        const SlopeNodes *nodes, const int first[2], const int cells[2]);
 
 /* (room) of every row */
 SlopeField slope_field_create(int room, Arena *arena);
