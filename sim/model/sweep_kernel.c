@@ -476,24 +476,34 @@ static inline Vec3 frame_of(double *const v[3], size_t a, size_t b) {
     return vec3(0.5 * (v[0][a] + v[0][b]), 0.5 * (v[1][a] + v[1][b]), 0.5 * (v[2][a] + v[2][b]));
 }
 
-/* x += dt v; returns the largest square of v - frame, or of v */
-ONE_LOOP double drift_row(const Lanes *lanes, size_t at, int count, double dt, bool framed,
-                          Vec3 frame) {
+/* largest squares so far, of every place in a vector: they are compared once for all rows */
+typedef struct Most {
+    double lane[WHOLE_VECTORS];
+} Most;
+
+/* x += dt v of some nodes; most: the squares of v - frame, or of v */
+ONE_LOOP void drift_nodes(const Lanes *lanes, size_t at, int count, double dt, bool framed,
+                          Vec3 frame, Most *most) {
     double *restrict x = lanes->x[0] + at, *restrict y = lanes->x[1] + at;
     double *restrict z = lanes->x[2] + at;
     const double *restrict vx = lanes->v[0] + at, *restrict vy = lanes->v[1] + at;
     const double *restrict vz = lanes->v[2] + at;
-    double fastest = 0.0;
-#ifdef VECTOR_SIMD
-#pragma omp simd reduction(max : fastest)
-#endif
+    VECTOR_LOOP
     for (int i = 0; i < count; i++) {
         x[i] += dt * vx[i], y[i] += dt * vy[i], z[i] += dt * vz[i];
         double a = framed ? vx[i] - frame.x : vx[i], b = framed ? vy[i] - frame.y : vy[i];
         double c = framed ? vz[i] - frame.z : vz[i], square = a * a + b * b + c * c;
-        fastest = square > fastest ? square : fastest;
+        most->lane[i] = square > most->lane[i] ? square : most->lane[i];
     }
-    return fastest;
+}
+
+ONE_LOOP void drift_row(const Lanes *lanes, size_t at, int count, double dt, bool framed,
+                        Vec3 frame, Most *most) {
+    int i = 0;
+    for (; i + WHOLE_VECTORS <= count; i += WHOLE_VECTORS) {
+        drift_nodes(lanes, at + (size_t)i, WHOLE_VECTORS, dt, framed, frame, most);
+    }
+    drift_nodes(lanes, at + (size_t)i, count - i, dt, framed, frame, most);
 }
 
 static SweepSpeed drift_rows(const SweepLattice *l, const Lanes *lanes, const SweepDrift *drift,
@@ -502,13 +512,14 @@ static SweepSpeed drift_rows(const SweepLattice *l, const Lanes *lanes, const Sw
     size_t stride = (size_t)l->stride, first = (size_t)l->first + (size_t)row_begin * stride;
     size_t left = (size_t)(l->nu / FRAME_NODES), right = (size_t)(l->nu - 1) - left;
     Vec3 frame = vec3(0, 0, 0), next = frame_of(lanes->v, first + left, first + right);
+    Most most = {{0.0}};
     if (drift->frames) {
         speed.frames = box_empty();
     }
     for (int j = row_begin; j < row_end; j++) {
         size_t at = (size_t)l->first + (size_t)j * stride;
         if (!drift->frames) {
-            speed.within = max2(drift_row(lanes, at, l->nu, drift->dt, false, frame), speed.within);
+            drift_row(lanes, at, l->nu, drift->dt, false, frame, &most);
         } else {
             frame = next;
             if (j + 1 < l->nv) {
@@ -517,10 +528,13 @@ static SweepSpeed drift_rows(const SweepLattice *l, const Lanes *lanes, const Sw
             Vec3 shear = vec3_sub(next, frame);
             speed.shear = max2(vec3_dot(shear, shear), speed.shear);
             box_add(&speed.frames, frame);
-            speed.within = max2(drift_row(lanes, at, l->nu, drift->dt, true, frame), speed.within);
+            drift_row(lanes, at, l->nu, drift->dt, true, frame, &most);
         }
         lead_row(l, lanes, drift->bent, lanes->bent, at);
         lead_row(l, lanes, drift->stretched, lanes->stretched, at);
+    }
+    for (int k = 0; k < WHOLE_VECTORS; k++) {
+        speed.within = max2(most.lane[k], speed.within);
     }
     return speed;
 }
