@@ -26,7 +26,7 @@ static ArenaChunk *chunk_create(size_t bytes) {
     size_t capacity = large ? bytes : ARENA_CHUNK_BYTES, room = capacity + ARENA_ALIGNMENT;
     ArenaChunk *chunk = malloc(sizeof *chunk);
     unsigned char *memory = large && chunk ? calloc(room, 1) : chunk ? malloc(room) : NULL;
-    if (!memory) {
+    if (!memory || room < capacity) {
         memory_exhausted(bytes);
     }
     size_t skip = ARENA_ALIGNMENT - (uintptr_t)memory % ARENA_ALIGNMENT;

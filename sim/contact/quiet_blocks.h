@@ -24,8 +24,7 @@ typedef struct QuietLevel {
      * after the last one likewise, or the first one where u runs around. */
     int pitch, room;
     SlopeField slopes; /* (room) */
-    float *
-        window; /* (room) s_min(P C) - e with the blocks right of it and above; NaN: not asked yet */
+    float *window;     /* (room) quiet_blocks_window; NaN: not asked yet */
 } QuietLevel;
 
 #define QUIET_MOST_LEVELS 32
