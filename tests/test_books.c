@@ -216,6 +216,34 @@ static void test_sliding_card(void **unused) {
 }
 
 /* the same for any number of threads */
+/* A patch that a handle holds as a whole is pressed into a sheet that is held at two sides: what is in the sheet, or was
+ * taken there, the handle gave, by the law and by impulses. */
+static void test_pressing_handle(void **unused) {
+    (void)unused;
+    static const char *const contacts[] = {"penalty", "impulses"};
+    for (int k = 0; k < 2; k++) {
+        char text[900];
+        snprintf(
+            text, sizeof text,
+            "toile: 1\nfilm: {rate: 30, seconds: 0.6}\ngravity: 0 m/s2\n"
+            "solver: {stepper: central, contact: %s}\n"
+            "cloth:\n  sheet:\n    shape: {rectangle: {width: 30 cm, height: 30 cm}}\n"
+            "    fabric: {name: f, weight: 200 g/m2, thickness: 1 mm, friction: 0.3, isotropic: "
+            "{stretch: 500 N/m, poisson: 0.3, bending: 1e-5 N m}}\n    nodes: 16 x 16\n"
+            "  patch:\n    shape: {rectangle: {width: 8 cm, height: 8 cm}}\n"
+            "    fabric: {name: g, weight: 200 g/m2, thickness: 1 mm, friction: 0.3, isotropic: "
+            "{stretch: 500 N/m, poisson: 0.3, bending: 1e-5 N m}}\n    nodes: 6 x 6\n"
+            "    at: [3 mm, 2 mm, 2 mm]\n"
+            "handles:\n  - {hold: [sheet.left, sheet.right]}\n"
+            "  - {hold: patch.all, motion: [{move: {by: [0, 0, -4 cm], from: 0 s, to: 0.4 s}}]}\n",
+            contacts[k]);
+        Book book = keep_book(text, 0.6, 1);
+        double kept = book.rise + book.taken + book.fabric + book.drag;
+        CHECK_AT_MOST(0.02 - book.given, 0.0);
+        CHECK_NEAR(kept, book.given, 0.04 * book.given);
+    }
+}
+
 static void test_threads(void **unused) {
     (void)unused;
     const char *text = SHEET "    damping: 1 1/s\nhandles:\n  - {hold: sheet.left}\n";
@@ -228,10 +256,10 @@ int main(int argc, char **argv) {
     (void)argc;
     parallel_fix_environment(argv);
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_damping),        cmocka_unit_test(test_turning_clamp),
-        cmocka_unit_test(test_twisted_sleeve), cmocka_unit_test(test_released_twist),
-        cmocka_unit_test(test_euler_swing),    cmocka_unit_test(test_sliding_card),
-        cmocka_unit_test(test_threads),
+        cmocka_unit_test(test_damping),         cmocka_unit_test(test_turning_clamp),
+        cmocka_unit_test(test_twisted_sleeve),  cmocka_unit_test(test_released_twist),
+        cmocka_unit_test(test_euler_swing),     cmocka_unit_test(test_sliding_card),
+        cmocka_unit_test(test_pressing_handle), cmocka_unit_test(test_threads),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

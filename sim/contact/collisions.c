@@ -204,7 +204,7 @@ static void join(Contact *c, const Strike *s) {
     impact_zones_join(&c->impulses->zones, s->count, s->place, solid);
 }
 
-/* a solid changes the velocity of a vertex that goes with it: work, and no loss */
+/* a solid, or what a handle holds, changes the velocity of a vertex that goes with it: work, and no loss */
 static void work_on(Contact *c, int place, Vec3 change, Vec3 carried) {
     double work = vec3_dot(change, carried) / c->weight_kept[place];
     c->statistics.work += work;
@@ -214,10 +214,12 @@ static void work_on(Contact *c, int place, Vec3 change, Vec3 carried) {
 static bool settle_zone(Contact *c, int root, double dt) {
     Impulses *i = c->impulses;
     int count = 0, place = root, solid = i->zones.solid[root];
+    bool any_held = false;
     do {
         bool held = contact_mobility(c, place) == 0.0;
         Vec3 x = vec3_load(c->x + 3 * (long)place);
         Vec3 lead = solid >= 0 ? contact_carried(c, solid, x, dt) : vec3(0, 0, 0);
+        any_held = any_held || held;
         i->mass[count] = held ? INFINITY : 1.0 / c->weight_kept[place];
         i->place[count] = x;
         i->lead[count] = lead;
@@ -235,8 +237,9 @@ static bool settle_zone(Contact *c, int root, double dt) {
             impulses_note_before(c, &s);
             impulses_note_change(c, &s);
             contact_mark_changed(c, place);
-            if (solid >= 0) {
-                work_on(c, place, vec3_sub(i->move[k], v), i->lead[k]);
+            if (solid >= 0 || any_held) {
+                Vec3 carried = solid >= 0 ? i->lead[k] : i->move[k];
+                work_on(c, place, vec3_sub(i->move[k], v), carried);
             }
             vec3_store(c->v + 3 * (long)place, i->move[k]);
         }

@@ -155,7 +155,7 @@ void contact_mark_changed(Contact *c, int place) {
     }
 }
 
-void contact_impulse(Contact *c, int count, const int *place, const double *weight, Vec3 normal,
+bool contact_impulse(Contact *c, int count, const int *place, const double *weight, Vec3 normal,
                      Vec3 carried, double approach, double wanted) {
     double mobility = 0.0, whole = 0.0; /* as it is; if no handle held any */
     for (int a = 0; a < count; a++) {
@@ -164,14 +164,14 @@ void contact_impulse(Contact *c, int count, const int *place, const double *weig
         whole += place[a] < c->def->vertex_count ? square * c->weight_kept[place[a]] : 0.0;
     }
     if (approach >= wanted || mobility <= CONTACT_LEAST_FREE * whole) {
-        return;
+        return false;
     }
     double impulse = (wanted - approach) / mobility;
     double work =
         impulse * vec3_dot(normal, carried); /* [J] of what no impulse moves: solids, handles */
     c->statistics.impulses++;
     for (int a = 0; a < count; a++) {
-        if (place[a] < c->def->vertex_count && c->held[place[a]] && !c->impulses) {
+        if (place[a] < c->def->vertex_count && c->held[place[a]]) {
             work -= impulse * weight[a] * vec3_dot(normal, contact_velocity(c, place[a]));
         }
         double share = impulse * weight[a] * contact_mobility(c, place[a]);
@@ -183,6 +183,7 @@ void contact_impulse(Contact *c, int count, const int *place, const double *weig
     }
     c->statistics.work += work;
     c->statistics.guard += work; /* is no loss */
+    return true;
 }
 
 void contact_hold_back(Contact *c, int place, Vec3 away, double room, double dt) {

@@ -130,10 +130,10 @@ void contact_sum_losses(Contact *c);
 /* contact.c, for both kinds of contact */
 /* Room for so many forces. */
 void contact_make_force_room(Contact *c, int most);
-/* Inelastic: lifts the normal velocity of that point from `approach` to `wanted` [m/s]; nothing
- * when it is higher. Keeps the gap out of the steep part of the law. `carried` [m/s]: of what is met
+/* Inelastic: lifts the normal velocity of that point from `approach` to `wanted` [m/s]; nothing, and false,
+ * when it is higher or hardly anything there is free. Keeps the gap out of the steep part of the law. `carried` [m/s]: of what is met
  * and follows a programme, which works on the cloth. */
-void contact_impulse(Contact *c, int count, const int *place, const double *weight, Vec3 normal,
+bool contact_impulse(Contact *c, int count, const int *place, const double *weight, Vec3 normal,
                      Vec3 carried, double approach, double wanted);
 /* A vertex uses at most a share of the room [m] that it has over a plane with normal `away`. */
 void contact_hold_back(Contact *c, int place, Vec3 away, double room, double dt);

@@ -74,6 +74,17 @@ void impulses_note_change(Contact *c, const Strike *s) {
 
 /* ---- impulses ---- */
 
+/* [J] What no impulse moves, a solid or what handles hold, does by one on the first side. */
+static double work_of(const Contact *c, const Strike *s, Vec3 impulse) {
+    double work = vec3_dot(impulse, s->carried);
+    for (int a = 0; a < s->count; a++) {
+        if (s->place[a] < c->def->vertex_count && c->held[s->place[a]]) {
+            work -= s->weight[a] * vec3_dot(impulse, contact_velocity(c, s->place[a]));
+        }
+    }
+    return work;
+}
+
 /* of the first side against the second; that of a solid has no places */
 static Vec3 velocity_of(const Contact *c, const Strike *s) {
     Vec3 v = contact_point_velocity(c, s->count, s->place, s->weight);
@@ -95,8 +106,9 @@ double impulses_stop(Contact *c, const Strike *s, double wanted) {
     }
     impulses_note_before(c, s);
     impulses_note_change(c, s);
-    contact_impulse(c, s->count, s->place, s->weight, s->normal, s->carried, apart, wanted);
-    return wanted - apart;
+    bool done =
+        contact_impulse(c, s->count, s->place, s->weight, s->normal, s->carried, apart, wanted);
+    return done ? wanted - apart : 0.0;
 }
 
 Vec3 impulses_rub(Contact *c, const Strike *s, double grown) {
@@ -116,8 +128,9 @@ Vec3 impulses_rub(Contact *c, const Strike *s, double grown) {
                        vec3_axpy(contact_velocity(c, place), share, impulse));
         }
     }
-    c->statistics.work += vec3_dot(impulse, s->carried);
-    c->statistics.guard += vec3_dot(impulse, s->carried); /* is no loss */
+    double work = work_of(c, s, impulse);
+    c->statistics.work += work;
+    c->statistics.guard += work; /* is no loss */
     return impulse;
 }
 
@@ -128,7 +141,7 @@ static void pay(Contact *c, const Strike *s, Vec3 parting, Vec3 friction) {
     double given[2] = {vec3_dot(parting, s->carried), vec3_dot(friction, s->carried)};
     book->damping += given[0];
     book->friction += given[1];
-    book->guard -= given[0] + given[1];
+    book->guard -= work_of(c, s, vec3_add(parting, friction));
     if (s->obstacle >= 0) {
         c->impulses->given[s->obstacle][0] += given[0];
         c->impulses->given[s->obstacle][1] += given[1];
