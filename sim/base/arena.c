@@ -24,11 +24,11 @@ struct ArenaChunk {
 static ArenaChunk *chunk_create(size_t bytes) {
     bool large = bytes > ARENA_CHUNK_BYTES;
     size_t capacity = large ? bytes : ARENA_CHUNK_BYTES, room = capacity + ARENA_ALIGNMENT;
-    ArenaChunk *chunk = malloc(sizeof *chunk);
-    unsigned char *memory = large && chunk ? calloc(room, 1) : chunk ? malloc(room) : NULL;
-    if (!memory || room < capacity) {
+    if (room < capacity) {
         memory_exhausted(bytes);
     }
+    ArenaChunk *chunk = memory_new(sizeof *chunk);
+    unsigned char *memory = large ? memory_zeroed(room, 1) : memory_new(room);
     size_t skip = ARENA_ALIGNMENT - (uintptr_t)memory % ARENA_ALIGNMENT;
     *chunk = (ArenaChunk){
         .capacity = capacity,

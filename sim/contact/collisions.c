@@ -204,7 +204,8 @@ static void join(Contact *c, const Strike *s) {
     impact_zones_join(&c->impulses->zones, s->count, s->place, solid);
 }
 
-/* a solid, or what a handle holds, changes the velocity of a vertex that goes with it: work, and no loss */
+/* a solid, or what a handle or a programme moves, changes the velocity of a vertex that goes with it: work, and
+ * no loss */
 static void work_on(Contact *c, int place, Vec3 change, Vec3 carried) {
     double work = vec3_dot(change, carried) / c->weight_kept[place];
     c->statistics.work += work;

@@ -167,8 +167,8 @@ bool contact_impulse(Contact *c, int count, const int *place, const double *weig
         return false;
     }
     double impulse = (wanted - approach) / mobility;
-    double work =
-        impulse * vec3_dot(normal, carried); /* [J] of what no impulse moves: solids, handles */
+    /* [J] of what no impulse moves: solids, handles */
+    double work = impulse * vec3_dot(normal, carried);
     c->statistics.impulses++;
     for (int a = 0; a < count; a++) {
         if (place[a] < c->def->vertex_count && c->held[place[a]]) {

@@ -59,8 +59,8 @@ typedef struct ContactMotion {
     double (*spread)(void *owner);
     double (*mutual)(void *owner);   /* [m] no two vertices have moved more against each other */
     double (*relative)(void *owner); /* [m/s] `spread` of the velocities of now */
-    bool
-        framed; /* does the drift bound that closely when asked (ContactSpeeds), on every lattice? */
+    /* Does the drift bound that closely when asked (ContactSpeeds), on every lattice? */
+    bool framed;
     void *owner;
 } ContactMotion;
 

@@ -471,8 +471,8 @@ ExplicitResult explicit_interval(Explicit *e, const ExplicitRun *run, State *sta
     double spread = begin_bounds(e, run, state);
     set_damping(e, run);
     damping_start(&e->damping, state->time, run->dt, run->steps);
-    drift_all(&e->drift, 0.0, e->bending.time, e->membrane.time,
-              false); /* puts ghosts, curvature and stretch in their places */
+    /* puts ghosts, curvature and stretch in their places */
+    drift_all(&e->drift, 0.0, e->bending.time, e->membrane.time, false);
     if (e->contact) {
         double longer = run->scaled ? e->limit[1] / e->limit[0] : 1.0;
         ContactView view = {
